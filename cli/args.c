@@ -493,7 +493,6 @@ static qw_status check_remesh(parser *p)
         const qw_options *o = &a->options;
         if (o->faces || o->vertices || o->edge_length > 0 || o->ratio > 0)
             return refuse(p, QW_ARGUMENT, "--levels says how many quads there are: no other option may");
-        if (a->bake) return refuse(p, QW_ARGUMENT, "--bake is for one mesh, not for --levels");
         if (dumps || a->from_stage || !a->output || strcmp(a->output, "-") == 0)
             return refuse(p, QW_ARGUMENT, "--levels goes from a mesh that is read to files: -o FILE, without stages");
         a->options.faces = a->level[0];

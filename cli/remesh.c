@@ -310,11 +310,20 @@ typedef struct level_files {
 
 static bool is_in_one_file(const qw_arguments *a) { return a->format == QW_FORMAT_GLB || a->format == QW_FORMAT_GLTF; }
 
+/* Each level has maps of its own, of half as many texels along a side as the one before: it is seen from further off.
+ */
+static void halve_texture(qw_asset_options *o)
+{
+    enum { LEAST = 64 };
+    if (o->texture / 2 >= LEAST) o->texture /= 2, o->texel_density /= 2;
+}
+
 /* What is asked for, for one level: its count, and the files that it is written to. */
 static qw_arguments arguments_of_level(const qw_arguments *all, int64_t level, level_files *files)
 {
     qw_arguments one = *all;
     one.options.faces = all->level[level];
+    for (int64_t i = 0; i < level; i++) halve_texture(&one.asset);
     one.output = is_in_one_file(all) ? NULL : level_path(files->output, all->output, level);
     one.json = level_path(files->json, all->json, level);
     one.provenance = level_path(files->provenance, all->provenance, level);
@@ -330,12 +339,13 @@ static qw_status make_level(session *s, const qw_arguments *all, int64_t level, 
     level_files files;
     qw_arguments one = arguments_of_level(all, level, &files);
     s->arguments = &one, s->carried = NULL, s->carried_count = 0, s->settled = NULL;
-    s->writing = s->saving = s->has_transfer = false;
+    s->writing = s->saving = s->has_transfer = s->has_asset = false;
     qw_status status = keep(s, qw_run(s->context, &one.options));
     if (status == QW_OK && is_in_one_file(all)) {
         s->writing = true, status = carry_attributes(s);
         if (status == QW_OK) status = settle_normals(s);
         if (status == QW_OK) status = settle_uv(s);
+        if (status == QW_OK) status = bake(s);
         if (status == QW_OK) status = keep(s, qw_take_level(s->context, s->carried, s->carried_count, taken));
         free(s->settled), s->settled = NULL;
     }

@@ -512,6 +512,17 @@ static void assets(void **state)
                            "head -c 8 asset_height.png | grep -aq PNG && test ! -e asset_color.png && "
                            "test $(grep '^f' asset.obj | awk '{ print NF }' | sort -u) = 5"),
                      0);
+    assert_int_equal(tool("asset in.obj -o levels.glb --levels 200,60 --texture 128 -q --json levels.json")->code, 0);
+    assert_int_equal(shell("grep -aq MSFT_lod levels.glb && grep -aq '\"name\":\"asset LOD1\"' levels.glb && "
+                           "test $(grep -ao image/png levels.glb | wc -l) = 2 && "
+                           "grep -q '\"charts\": [1-9]' levels_LOD0.json levels_LOD1.json"),
+                     0);
+    assert_int_equal(tool("levels.glb -o again.obj --faces 60 -q")->code, 0); /* its first level is a mesh */
+    assert_int_equal(tool("asset in.obj -o lod.obj --levels 200,60 --texture 128 -q")->code, 0);
+    assert_int_equal(shell("for i in 0 1; do cmp lod_LOD${i}.mtl /dev/null 2> /dev/null && exit 1; "
+                           "head -c 24 lod_LOD${i}_normal.png | tail -c 4 | od -An -tu1 | grep -q \"$((128 >> i))\" || "
+                           "exit 1; done"),
+                     0);
     assert_non_null(strstr(tool("asset --help")->out, "quadwright asset IN -o OUT.glb"));
     refused("asset in.obj -o bad.ply", QW_ARGUMENT, "maps are written with GLB, glTF and OBJ only");
     refused("asset in.obj", QW_ARGUMENT, "-o FILE");

@@ -21,6 +21,11 @@ typedef struct qw_asset {
 
 /* Frees the maps, if there are any: api/bake.c. */
 void qw_drop_maps(qw_context_state *c);
+/* What a result with maps is written with, of *count attributes of its own: but for their texture coordinates, normals
+   and materials, and with those of the asset, the material's label last; *count of the list. In the caller's scope:
+   api/bake.c. */
+qw_attribute *qw_list_asset(qw_env *env, const qw_asset *a, const qw_mesh_view *view, const qw_attribute *attributes,
+                            uint32_t *count, bool is_gltf);
 /* Finds where the result lies on the input, once: api/attributes.c. */
 void qw_find_carried(qw_context_state *c);
 

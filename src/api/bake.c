@@ -287,20 +287,15 @@ static void find_translation(const qw_mesh_view *view, double to[3])
     }
 }
 
-static void save_asset(void *user)
+qw_attribute *qw_list_asset(qw_env *env, const qw_asset *a, const qw_mesh_view *view, const qw_attribute *attributes,
+                            uint32_t *total, bool is_gltf)
 {
-    save_call *call = user;
-    qw_env *env = call->c->env;
-    const qw_asset *a = call->c->asset;
-    bool is_gltf = call->format == QW_FORMAT_GLB || call->format == QW_FORMAT_GLTF;
-    qw_scope_begin(env);
-    qw_mesh_view view = qw_view_of_result(&call->c->run);
-    qw_atlas_mesh mesh = qw_atlas_mesh_of(env, &view, NULL, 0, NULL);
-    qw_attribute *list = QW_NEW(env, qw_attribute, call->count + (size_t)4);
+    qw_atlas_mesh mesh = qw_atlas_mesh_of(env, view, NULL, 0, NULL);
+    qw_attribute *list = QW_NEW(env, qw_attribute, *total + (size_t)4);
     uint32_t count = 0;
     int32_t *label = QW_NEW(env, int32_t, mesh.face_count);
-    for (uint32_t i = 0; i < call->count; i++)
-        if (!is_left_out(&call->attributes[i], a->picture[QW_MAP_COLOR].pixels)) list[count++] = call->attributes[i];
+    for (uint32_t i = 0; i < *total; i++)
+        if (!is_left_out(&attributes[i], a->picture[QW_MAP_COLOR].pixels)) list[count++] = attributes[i];
     list[count++] = part_tiles(env, a, &mesh, is_gltf, label);
     list[count++] = (qw_attribute){.size = sizeof *list,
                                    .name = "normal",
@@ -317,21 +312,35 @@ static void save_asset(void *user)
                                        .components = 4,
                                        .count = mesh.corner_count,
                                        .values = a->tangent};
-    qw_attribute material = {.size = sizeof material,
-                             .name = "material",
-                             .domain = QW_PER_FACE,
-                             .kind = QW_LABELS,
-                             .components = 1,
-                             .count = mesh.face_count,
-                             .labels = label};
-    qw_carried_along along = {.attributes = list};
+    list[count++] = (qw_attribute){.size = sizeof *list,
+                                   .name = "material",
+                                   .domain = QW_PER_FACE,
+                                   .kind = QW_LABELS,
+                                   .components = 1,
+                                   .count = mesh.face_count,
+                                   .labels = label};
+    *total = count;
+    return list;
+}
+
+static void save_asset(void *user)
+{
+    save_call *call = user;
+    qw_env *env = call->c->env;
+    const qw_asset *a = call->c->asset;
+    bool is_gltf = call->format == QW_FORMAT_GLB || call->format == QW_FORMAT_GLTF;
+    qw_scope_begin(env);
+    qw_mesh_view view = qw_view_of_result(&call->c->run);
+    qw_carried_along along = {.count = call->count};
+    qw_attribute *list = qw_list_asset(env, a, &view, call->attributes, &along.count, is_gltf);
+    qw_attribute *material = &list[along.count - 1];
     const char **names = NULL;
     double translation[3];
     find_translation(&view, translation);
     if (is_gltf) along.gltf = qw_gltf_of_asset(env, &a->look, translation);
     else along.library = qw_write_mtl(env, call->path, &a->look, &names);
-    material.label_names = names, material.label_count = names ? a->look.tiles : 0;
-    list[count++] = material, along.count = count;
+    material->label_names = names, material->label_count = names ? a->look.tiles : 0;
+    along.attributes = list;
     qw_write_with(env, call->path, call->format, &view, &along);
     qw_scope_end(env);
 }

@@ -1,4 +1,5 @@
 /* Levels of detail: results that outlive their context, and one file of several. */
+#include "api/asset.h"
 #include "api/context.h"
 #include "api/loaded.h"
 #include "attributes/transfer.h"
@@ -14,6 +15,7 @@ typedef struct level_call {
     qw_mesh_view view;
     const qw_attribute *attributes;
     uint32_t count;
+    const qw_asset *asset; /* whose maps are taken; NULL: none */
     qw_mesh *mesh;
 } level_call;
 
@@ -39,10 +41,24 @@ static void copy_attribute(qw_env *env, qw_attribute *a)
     a->label_names = names;
 }
 
+static const qw_asset_look *copy_look(qw_env *env, const qw_asset_look *look)
+{
+    qw_asset_look *to = copy_of(env, look, sizeof *look);
+    qw_picture *picture = copy_of(env, look->picture, look->tiles * (size_t)QW_MAP_COUNT * sizeof *picture);
+    for (uint32_t i = 0; i < look->tiles * QW_MAP_COUNT; i++) {
+        qw_picture *p = &picture[i];
+        p->pixels = copy_of(env, p->pixels, (size_t)p->width * p->height * (p->channels * p->bits / 8));
+    }
+    to->picture = picture;
+    return to;
+}
+
 static void copy_level(void *user)
 {
     level_call *call = user;
     qw_env *env = call->env;
+    if (call->asset)
+        call->attributes = qw_list_asset(env, call->asset, &call->view, call->attributes, &call->count, true);
     qw_mesh *mesh = QW_NEW_ZERO(env, qw_mesh, 1);
     qw_mesh_view *v = &mesh->view;
     uint32_t corners = qw_require_view(env, &call->view, "mesh");
@@ -54,6 +70,7 @@ static void copy_level(void *user)
     v->marked_edges = copy_of(env, v->marked_edges, 2 * (size_t)v->marked_edge_count * sizeof *v->marked_edges);
     qw_attribute *attribute = QW_NEW(env, qw_attribute, call->count);
     for (uint32_t i = 0; i < call->count; i++) attribute[i] = call->attributes[i], copy_attribute(env, &attribute[i]);
+    if (call->asset) mesh->look = copy_look(env, &call->asset->look);
     mesh->env = env, mesh->attribute = attribute, mesh->attribute_count = call->count, mesh->is_whole = true;
     call->mesh = mesh;
 }
@@ -63,6 +80,7 @@ qw_status qw_take_level(qw_context *context, const qw_attribute *attributes, uin
     if (!context || !level || (!attributes && count > 0)) return QW_ARGUMENT;
     *level = NULL;
     level_call call = {.attributes = attributes, .count = count};
+    if (context->state.asset && context->state.asset->picture) call.asset = context->state.asset;
     if (qw_get_mesh(context, &call.view) != QW_OK)
         return qw_refuse(context, QW_NOT_READY, "the last stage has not finished yet: there is no level to take");
     call.env = qw_env_create(&(qw_host){.resize = context->host.resize, .resize_user = context->host.resize_user}, 1);
@@ -91,6 +109,17 @@ static bool ends_in(const char *path, const char *ending)
     return size >= length && strcmp(path + size - length, ending) == 0;
 }
 
+/* The attributes of a level with maps, whose material, the last, begins at a number among those of all levels. */
+static const qw_attribute *number_materials(qw_env *env, const qw_mesh *m, int32_t first)
+{
+    qw_attribute *list = copy_of(env, m->attribute, m->attribute_count * sizeof *list);
+    qw_attribute *material = &list[m->attribute_count - 1];
+    int32_t *label = copy_of(env, material->labels, material->count * sizeof *label);
+    for (uint32_t f = 0; f < material->count; f++) label[f] += first;
+    material->labels = label;
+    return list;
+}
+
 static void save_levels(void *user)
 {
     save_call *call = user;
@@ -102,13 +131,22 @@ static void save_levels(void *user)
         qw_fail(call->env, QW_UNSUPPORTED, -1,
                 "levels of detail in one file are GLB or glTF, which hold several meshes");
     qw_gltf_level *level = QW_NEW(call->env, qw_gltf_level, call->count);
+    const qw_asset_look **look = QW_NEW(call->env, const qw_asset_look *, call->count);
+    int32_t materials = 0; /* of the levels before */
     for (uint32_t i = 0; i < call->count; i++) {
         const qw_mesh *m = call->levels[i];
         if (!m || !m->is_whole) qw_fail(call->env, QW_ARGUMENT, i, "level %u is no mesh", i);
+        if (!m->look != !call->levels[0]->look)
+            qw_fail(call->env, QW_ARGUMENT, i, "level %u %s maps, unlike the first", i, m->look ? "has" : "has no");
         level[i] = (qw_gltf_level){&m->view, m->attribute, m->attribute_count};
+        look[i] = m->look;
+        if (!m->look) continue;
+        level[i].attributes = number_materials(call->env, m, materials);
+        materials += (int32_t)m->look->tiles;
     }
+    const qw_gltf_rest *pictures = look[0] ? qw_gltf_of_looks(call->env, look, call->count) : NULL;
     qw_file *file = qw_file_begin(call->env, call->path);
-    qw_put_gltf_levels(call->env, file, is_glb, level, call->count);
+    qw_put_gltf_levels(call->env, file, is_glb, level, call->count, pictures);
     qw_file_finish(file);
 }
 

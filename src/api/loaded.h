@@ -9,10 +9,11 @@ struct qw_mesh {
     qw_mesh_view view;
     const qw_attribute *attribute; /* qw_attribute[attribute_count] */
     uint32_t attribute_count;
-    const char *path;         /* of its file; or NULL */
-    const char *library;      /* OBJ; or NULL */
-    const qw_gltf_rest *gltf; /* glTF; or NULL */
-    bool is_whole;            /* false: reading it failed */
+    const char *path;                 /* of its file; or NULL */
+    const char *library;              /* OBJ; or NULL */
+    const qw_gltf_rest *gltf;         /* glTF; or NULL */
+    const struct qw_asset_look *look; /* of a level with maps; or NULL */
+    bool is_whole;                    /* false: reading it failed */
 };
 
 #endif

@@ -20,6 +20,10 @@ typedef struct qw_asset_look {
    coordinates are less in what is written. In the caller's scope. */
 qw_gltf_rest *qw_gltf_of_asset(qw_env *env, const qw_asset_look *look, const double translation[3]);
 
+/* The materials and pictures of several levels, the finest first, for qw_put_gltf_levels: those of one after those of
+   the other. In the caller's scope. */
+qw_gltf_rest *qw_gltf_of_looks(qw_env *env, const qw_asset_look *const *look, uint32_t count);
+
 /* Writes the pictures and an MTL beside an OBJ: NAME_color.png and so on, with .1001 and so on where there are several
    tiles. Returns the name of the MTL without its folder; *names: char *[tiles], of the materials. In the caller's
    scope. */

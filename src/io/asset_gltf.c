@@ -9,7 +9,7 @@ typedef struct maker {
     const qw_asset_look *look;
     qw_gltf_rest *rest;
     qw_pen text, bytes, views, images, textures, materials;
-    uint32_t texture_count;
+    uint32_t texture_count, level; /* level: QW_NONE: there are none */
 } maker;
 
 static size_t begin_piece(maker *k) { return k->text.size; }
@@ -58,7 +58,8 @@ static void put_material(maker *k, uint32_t tile)
     const qw_picture *p = l->picture + tile * (size_t)QW_MAP_COUNT;
     const float one[4] = {1, 1, 1, l->color[3]};
     qw_pen *m = &k->materials;
-    qw_pen_print(m, "%s{\"name\":\"asset", tile ? "," : "");
+    qw_pen_print(m, "%s{\"name\":\"asset", m->size ? "," : "");
+    if (k->level != QW_NONE) qw_pen_print(m, " LOD%u", k->level);
     if (l->tiles > 1) qw_pen_print(m, ".%u", 1001 + tile);
     qw_pen_text(m, "\",\"pbrMetallicRoughness\":{\"baseColorFactor\":[");
     const float *color = p[QW_MAP_COLOR].pixels ? one : l->color;
@@ -100,17 +101,36 @@ static void put_list(qw_pen *to, const char *name, const qw_pen *items)
 static void put_head(maker *k)
 {
     k->rest->head = begin_piece(k);
-    qw_pen_text(&k->text, "\"asset\":{" QW_GLTF_ASSET "},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],");
+    if (k->level == QW_NONE)
+        qw_pen_text(&k->text, "\"asset\":{" QW_GLTF_ASSET "},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],");
     if (k->texture_count) qw_pen_text(&k->text, "\"samplers\":[{\"magFilter\":9729,\"minFilter\":9987}],");
     put_list(&k->text, "images", &k->images), put_list(&k->text, "textures", &k->textures);
     put_list(&k->text, "materials", &k->materials);
     end_piece(k);
 }
 
+qw_gltf_rest *qw_gltf_of_looks(qw_env *env, const qw_asset_look *const *look, uint32_t count)
+{
+    const qw_pen none = {.env = env};
+    maker k = {env, NULL, QW_NEW_ZERO(env, qw_gltf_rest, 1), none, none, none, none, none, none, 0, 0};
+    qw_gltf_rest *r = k.rest;
+    for (k.level = 0; k.level < count; k.level++) {
+        k.look = look[k.level];
+        for (uint32_t tile = 0; tile < k.look->tiles; tile++) put_material(&k, tile);
+        r->material_count += k.look->tiles;
+    }
+    put_head(&k);
+    r->views = begin_piece(&k);
+    qw_pen_put(&k.text, k.views.at, k.views.size);
+    end_piece(&k);
+    r->text = k.text.at, r->bytes = k.bytes.at, r->byte_count = k.bytes.size;
+    return r;
+}
+
 qw_gltf_rest *qw_gltf_of_asset(qw_env *env, const qw_asset_look *look, const double translation[3])
 {
     const qw_pen none = {.env = env};
-    maker k = {env, look, QW_NEW_ZERO(env, qw_gltf_rest, 1), none, none, none, none, none, none, 0};
+    maker k = {env, look, QW_NEW_ZERO(env, qw_gltf_rest, 1), none, none, none, none, none, none, 0, QW_NONE};
     for (uint32_t tile = 0; tile < look->tiles; tile++) put_material(&k, tile);
     put_head(&k);
     qw_gltf_rest *r = k.rest;

@@ -62,8 +62,10 @@ typedef struct qw_gltf_level {
     uint32_t count;
 } qw_gltf_level;
 
-/* A node and a mesh for each; the first names the others by MSFT_lod, and alone is in the scene. count: at least 1. */
-void qw_put_gltf_levels(qw_env *env, qw_file *file, bool is_binary, const qw_gltf_level *levels, uint32_t count);
+/* A node and a mesh for each; the first names the others by MSFT_lod, and alone is in the scene. count: at least 1.
+   pictures: what is written of materials, to which labels of faces refer (io/asset.h); NULL: their names. */
+void qw_put_gltf_levels(qw_env *env, qw_file *file, bool is_binary, const qw_gltf_level *levels, uint32_t count,
+                        const qw_gltf_rest *pictures);
 
 /* Blocks that belong to it, for qw_keep and qw_free: `each` is called for them and for the structure. */
 void qw_gltf_each_block(qw_env *env, qw_gltf_rest *rest, void (*each)(qw_env *env, void *block));

@@ -438,6 +438,7 @@ static uint32_t put_indices(qw_gltf_writer *w, uint32_t from, uint32_t to)
 static int32_t material_of(const qw_gltf_writer *w, uint32_t f)
 {
     int32_t m = w->material ? w->material->labels[f] : -1;
+    if (w->material_count) return m >= 0 && (uint32_t)m < w->material_count ? m : -1;
     if (w->rest) return m >= 0 && (uint32_t)m < w->rest->material_count ? m : -1;
     return m >= 0 && w->material->label_names ? m : -1;
 }

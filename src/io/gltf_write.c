@@ -226,7 +226,8 @@ void qw_put_gltf(qw_env *env, qw_file *file, bool is_binary, const qw_mesh_view 
 
 /* ---- levels of detail */
 
-static qw_pen put_levels_document(const qw_gltf_writer *w, uint32_t levels)
+/* pictures: of the levels' materials; NULL: these go by their names. */
+static qw_pen put_levels_document(const qw_gltf_writer *w, uint32_t levels, const qw_gltf_rest *pictures)
 {
     qw_pen out = {.env = w->env};
     qw_pen_text(&out, "{\"asset\":{" QW_GLTF_ASSET "},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[");
@@ -238,23 +239,29 @@ static qw_pen put_levels_document(const qw_gltf_writer *w, uint32_t levels)
         qw_pen_text(&out, i == 0 && levels > 1 ? "]}}}" : "}");
     }
     qw_pen_text(&out, "],");
-    put_materials(w, &out);
+    if (pictures) qw_pen_text(&out, pictures->text + pictures->head);
+    else put_materials(w, &out);
     qw_pen_text(&out, "\"meshes\":[");
     qw_pen_put(&out, w->meshes.at, w->meshes.size);
     qw_pen_text(&out, "],");
     put_list(&out, "accessors", "", &w->accessors);
-    put_list(&out, "bufferViews", "", &w->views);
+    put_list(&out, "bufferViews", pictures ? pictures->text + pictures->views : "", &w->views);
     qw_pen_text(&out, levels > 1 ? "\"extensionsUsed\":[\"FB_ngon_encoding\",\"MSFT_lod\"],"
                                  : "\"extensionsUsed\":[\"FB_ngon_encoding\"],");
     qw_pen_print(&out, "\"buffers\":[{\"byteLength\":%zu", w->bytes.size);
     return out;
 }
 
-void qw_put_gltf_levels(qw_env *env, qw_file *file, bool is_binary, const qw_gltf_level *levels, uint32_t count)
+void qw_put_gltf_levels(qw_env *env, qw_file *file, bool is_binary, const qw_gltf_level *levels, uint32_t count,
+                        const qw_gltf_rest *pictures)
 {
     const qw_pen none = {.env = env};
     qw_gltf_writer w = {.env = env, .meshes = none, .views = none, .accessors = none, .bytes = none};
     float centre[3];
+    if (pictures) {
+        qw_pen_put(&w.bytes, pictures->bytes, pictures->byte_count);
+        w.view_count = pictures->view_count, w.material_count = pictures->material_count;
+    }
     for (uint32_t i = 0; i < count; i++) {
         w.mesh = levels[i].mesh, w.attributes = levels[i].attributes, w.count = levels[i].count;
         w.copies = w.streams = 0;
@@ -264,7 +271,7 @@ void qw_put_gltf_levels(qw_env *env, qw_file *file, bool is_binary, const qw_glt
         else memcpy(w.centre, centre, sizeof centre);
         qw_put_gltf_mesh(&w, 0, w.mesh->face_count);
     }
-    qw_pen json = put_levels_document(&w, count);
+    qw_pen json = put_levels_document(&w, count, pictures);
     if (is_binary) put_glb(&w, file, &json);
     else put_json(&w, file, &json);
 }

@@ -19,6 +19,7 @@ typedef struct qw_gltf_writer {
     uint32_t count;
     const qw_gltf_rest *rest;                        /* NULL: none */
     const qw_attribute *object, *material, *weights; /* NULL: none */
+    uint32_t material_count; /* those that labels refer to by number; 0: by those of `rest`, or by name */
     qw_gltf_stream *stream;
     uint32_t streams;
     const uint32_t *order;     /* uint32_t[faces]: by object and material; NULL: as they are */
