@@ -368,13 +368,66 @@ static void check_room(const ply *p)
     }
 }
 
+/* Whether the binary values of an item are those that most files have: x, y and z as floats, or one list of 32-bit
+   indices. */
+static bool is_plain(const ply *p, const element *e)
+{
+    const property *q = p->properties + e->first_property;
+    if (!p->binary || p->big) return false;
+    if (e->kind == FACE)
+        return e->property_count == 1 && type_size[q->count_type] == 1 &&
+               (q->value_type == INT32 || q->value_type == UINT32);
+    if (e->kind != VERTEX || e->property_count != 3) return false;
+    for (int i = 0; i < 3; i++)
+        if (q[i].use != AXIS_X + i || q[i].count_type != NO_TYPE || q[i].value_type != FLOAT32) return false;
+    return true;
+}
+
+/* Reads plain vertices from here on, up to the last or to one that cannot be. */
+static void read_plain_vertices(ply *p)
+{
+    enum { BYTES = 12 };
+    qw_text *t = &p->text;
+    for (; p->index < p->element->count && t->end - t->at >= BYTES; p->index++, t->at += BYTES) {
+        double position[3];
+        for (int i = 0; i < 3; i++) position[i] = qw_fetch_float(t->at + 4 * i, false);
+        if (!qw_is_finite3(position)) return;
+        qw_build_vertex(&p->build, position);
+    }
+}
+
+/* Likewise triangles. */
+static void read_plain_triangles(ply *p)
+{
+    enum { BYTES = 13 };
+    qw_text *t = &p->text;
+    uint32_t corner[3];
+    for (; p->index < p->element->count && t->end - t->at >= BYTES && *t->at == 3; p->index++, t->at += BYTES) {
+        for (int i = 0; i < 3; i++) {
+            corner[i] = (uint32_t)qw_fetch_bits(t->at + 1 + 4 * i, 4, false);
+            if (corner[i] >= p->vertex_count) return;
+        }
+        for (int i = 0; i < 3; i++) qw_build_corner(&p->build, corner[i]);
+        qw_build_face(&p->build);
+    }
+}
+
+static void read_plain(ply *p)
+{
+    if (p->element->kind == VERTEX) read_plain_vertices(p);
+    else read_plain_triangles(p);
+}
+
 static void read_body(ply *p)
 {
     for (p->element = p->elements; p->element < p->elements + p->element_count; p->element++) {
         int64_t count = p->element->property_count ? p->element->count
                                                    : 0; /* those without properties leave no trace */
         p->dropped = 0;
+        bool plain = count > 0 && is_plain(p, p->element);
         for (p->index = 0; p->index < count; p->index++) {
+            if (plain) read_plain(p);
+            if (p->index == count) break;
             if (p->binary) {
                 read_item(p);
                 continue;
