@@ -15,12 +15,16 @@ static const double TURN = 2 * 3.14159265358979323846;
 static const float TIP = 0.125f, AROUND = 1.0f; /* radii, in edges of the quads */
 static const double MOST_AROUND = 0.25;         /* curvature of either sign around, as a share of the tip's */
 static const double MOST_PIECES = 4;            /* vertices that share a tip: the largest lacks so much of it */
+/* The angle at one corner as rough_angle has it is off by less, in radians. What lacks too little even so is found
+   exactly only where it is asked for. */
+static const float ROUGH = 0.006f;
+static const double UNKNOWN = -1e30;
 enum { GRAIN = 4096 };
 
 typedef struct tips {
     const qw_trimesh *mesh;
     const uint32_t *outgoing;
-    double *lack;    /* double[vertex_count], radians; 0 on curves */
+    double *lack;    /* double[vertex_count], radians; 0 on curves; UNKNOWN where it was not asked for yet */
     uint32_t *stamp; /* uint32_t[vertex_count]: of the last search that came there */
     uint32_t *queue; /* uint32_t[vertex_count] */
     uint32_t round;
@@ -48,11 +52,43 @@ static double lack_at(const tips *t, uint32_t v)
     return TURN - sum;
 }
 
+/* The angle of a vector to the x axis, y >= 0; its tangent's inverse as a cubic, off by 0.005 radians at most. */
+static float rough_angle(float y, float x)
+{
+    float a = fabsf(x), low = y < a ? y : a, high = y < a ? a : y, t = high > 0 ? low / high : 0;
+    float angle = t * (0.9724f - 0.1919f * t * t);
+    if (y > a) angle = 1.5707963f - angle;
+    return x < 0 ? 3.1415927f - angle : angle;
+}
+
+/* Whether the angles around v leave too little for a tip, by a margin; never on curves. */
+static bool lacks_little(const tips *t, uint32_t v)
+{
+    const qw_trimesh *mesh = t->mesh;
+    uint32_t h = t->outgoing[v], corners = 0;
+    qw_vec3 p = mesh->position[v];
+    float sum = 0;
+    do {
+        if (mesh->twin[h] == QW_NONE || (mesh->mark && mesh->mark[h])) return false;
+        qw_vec3 a = qw_sub(mesh->position[mesh->corner[qw_next(h)]], p),
+                b = qw_sub(mesh->position[mesh->corner[qw_prev(h)]], p);
+        sum += rough_angle(qw_length(qw_cross(a, b)), qw_dot(a, b)), corners++;
+        h = qw_around(mesh, h);
+    } while (h != t->outgoing[v]);
+    return (float)TURN - sum < (float)(LEAST_LACK / MOST_PIECES) - ROUGH * (float)corners;
+}
+
 static void fill_lacks(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     const tips *t = user;
-    for (uint32_t v = begin; v < end; v++) t->lack[v] = lack_at(t, v);
+    for (uint32_t v = begin; v < end; v++) t->lack[v] = lacks_little(t, v) ? UNKNOWN : lack_at(t, v);
+}
+
+static double lack_of(const tips *t, uint32_t v)
+{
+    if (t->lack[v] == UNKNOWN) t->lack[v] = lack_at(t, v);
+    return t->lack[v];
 }
 
 /* Collects in t->queue: v, the vertices connected to it by edges within the ball, and all neighbours of the first
@@ -72,7 +108,7 @@ static uint32_t collect_ball(tips *t, uint32_t v, float radius, uint32_t ringed,
             bool is_near = i < ringed || qw_distance(mesh->position[v], mesh->position[w]) <= radius;
             if (t->stamp[w] != t->round && is_near) {
                 t->stamp[w] = t->round, t->queue[count++] = w;
-                sum += fabs(t->lack[w]);
+                sum += fabs(lack_of(t, w));
             }
             h = qw_around(mesh, h);
         } while (h != QW_NONE && h != start);
@@ -87,13 +123,13 @@ static bool is_tip(tips *t, uint32_t v, float size)
     double tip = 0, within = 0, all = 0;
     for (uint32_t i = 0; i < count; i++) {
         uint32_t w = t->queue[i];
-        if (t->lack[w] > t->lack[v] || (t->lack[w] == t->lack[v] && w < v)) return false;
-        tip += t->lack[w], within += fabs(t->lack[w]);
+        if (lack_of(t, w) > t->lack[v] || (lack_of(t, w) == t->lack[v] && w < v)) return false;
+        tip += lack_of(t, w), within += fabs(lack_of(t, w));
     }
     if (tip < LEAST_LACK) return false;
     double most = within + MOST_AROUND * tip;
     count = collect_ball(t, v, AROUND * size, count, most);
-    for (uint32_t i = 0; i < count; i++) all += fabs(t->lack[t->queue[i]]);
+    for (uint32_t i = 0; i < count; i++) all += fabs(lack_of(t, t->queue[i]));
     return all <= most;
 }
 
