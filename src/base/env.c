@@ -55,6 +55,7 @@ struct qw_env {
     /* the stages from round_begin on (of all) are told as round_share, beyond round_from */
     double round_begin, round_from, round_share;
     bool works_on;          /* though the run is finished: for what is asked of its result */
+    uint32_t small;         /* how often little was done since the clock was read */
     double told;            /* when the host was last told, in seconds */
     uintptr_t caller;       /* the thread of the last parallel loop's */
     _Atomic bool cancelled; /* by the host within a parallel loop: its blocks that have not begun are left out */
@@ -253,9 +254,20 @@ void qw_break_silence_outside(qw_env *env)
         qw_fail(env, QW_CANCELLED, -1, "cancelled by the caller while a file was read or written");
 }
 
+/* Reading the clock takes longer than a small block, or a loop over few, is worth. */
+enum { SMALL_BYTES = 4096, SMALL_COUNT = 64, SMALL_ONES = 16 };
+
+static void break_silence_now_and_then(qw_env *env)
+{
+    if (++env->small < SMALL_ONES) return;
+    env->small = 0;
+    qw_break_silence(env);
+}
+
 void *qw_alloc(qw_env *env, size_t count, size_t size)
 {
-    qw_break_silence(env);
+    if (count < SMALL_BYTES && size < SMALL_BYTES && count * size < SMALL_BYTES) break_silence_now_and_then(env);
+    else qw_break_silence(env);
     return alloc_in_scope(env, count, size, env->scope);
 }
 
@@ -458,13 +470,16 @@ void qw_parallel(qw_env *env, uint32_t count, uint32_t grain, qw_task task, void
     blocks b = {.count = count, .grain = grain, .task = task, .user = user, .env = env};
     uint32_t block_count = qw_block_count(count, grain);
     if (block_count == 0) return;
+    bool small = block_count == 1 && count < SMALL_COUNT;
     env->caller = qw_thread_here();
-    if (block_count == 1) run_block(&b, 0);
+    if (small) task(user, 0, 0, count);
+    else if (block_count == 1) run_block(&b, 0);
     else if (env->host.parallel) env->host.parallel(env->host.parallel_user, block_count, run_block, &b);
     else qw_pool_run(env->pool, block_count, run_block, listen_idly, &b);
     if (env->cancelled) {
         env->cancelled = false;
         qw_cancel(env);
     }
-    qw_break_silence(env);
+    if (small) break_silence_now_and_then(env);
+    else qw_break_silence(env);
 }

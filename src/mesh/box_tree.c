@@ -18,6 +18,7 @@ enum {
     CELL_BITS = 3,
     STEP_BITS = 7,
     CELLS = 1 << 3 * CELL_BITS,
+    FEW = 2048, /* primitives that one thread sorts in less time than others need to begin */
     BLOCK = 16384,
     SHORT_RUN = 24
 };
@@ -314,7 +315,7 @@ qw_box_tree qw_box_tree_build(qw_env *env, const qw_box *boxes, uint32_t count, 
     sort_into_cells(env, b, count);
     uint32_t above;
     chore *upper = split_cells(env, b, count, &above);
-    qw_parallel(env, CELLS, 1, build_cells, b);
+    qw_parallel(env, CELLS, count < FEW ? CELLS : 1, build_cells, b);
     while (above-- > 0) close_node(t.nodes, upper[above].node, upper[above].left);
     centre_node(t.nodes);
     for (uint32_t i = 0; i < count; i++) order[i] = (uint32_t)b->keys[i];

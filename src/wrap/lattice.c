@@ -11,7 +11,8 @@ enum {
     MOST_CELLS = 1 << 28, /* one byte each */
     SLAB = 4,             /* layers that one task marks */
     CRUMB = 2,            /* cells: a cluster no larger than that in any direction is a crumb */
-    LISTEN = 1 << 16      /* cells between two words to the host */
+    LISTEN = 1 << 16,     /* cells between two words to the host */
+    MOST_SLABS = 8        /* that triangles meet in the mean: where they meet more, they are not listed */
 };
 /* Of a cell: a triangle so near is taken to meet it, as its coordinates are rounded. */
 static const double SLACK = 1e-6;
@@ -81,6 +82,8 @@ typedef struct marking {
     qw_env *env;
     qw_wrap_lattice *lattice;
     const qw_wrap_triangles *triangles;
+    /* the triangles whose boxes meet a slab: uint32_t[slabs + 1], uint32_t[begin[slabs]]; list NULL: all may */
+    uint32_t *begin, *list;
 } marking;
 
 /* Calls on(user, cell) for each of the cells low <= at < high that the triangle meets: they are halved until they are
@@ -120,18 +123,56 @@ static void cells_of(const qw_wrap_frame *f, const double p[3][3], uint32_t low[
     }
 }
 
+static void triangle_at(const marking *m, uint32_t t, double p[3][3])
+{
+    for (int i = 0; i < 3; i++)
+        memcpy(p[i], m->triangles->position + 3 * (size_t)m->triangles->corner[3 * (size_t)t + (size_t)i], sizeof p[i]);
+}
+
+/* Counts the triangles of each slab, or lists them where there is a list. */
+static uint64_t sort_into_slabs(const marking *m)
+{
+    uint64_t all = 0;
+    for (uint32_t t = 0; t < m->triangles->count; t++) {
+        double p[3][3];
+        uint32_t low[3], high[3];
+        if (t % LISTEN == 0) qw_break_silence(m->env);
+        triangle_at(m, t, p);
+        cells_of(&m->lattice->frame, (const double(*)[3])p, low, high);
+        for (uint32_t s = low[2] / SLAB; low[2] < high[2] && s <= (high[2] - 1) / SLAB; s++, all++) {
+            if (m->list) m->list[m->begin[s]] = t;
+            m->begin[s]++;
+        }
+    }
+    return all;
+}
+
+/* Sets begin and list. */
+static void list_triangles(marking *m)
+{
+    uint32_t slabs = qw_block_count(m->lattice->frame.cells[2], SLAB), all = 0;
+    m->begin = QW_NEW_ZERO(m->env, uint32_t, (size_t)slabs + 1);
+    if (sort_into_slabs(m) > MOST_SLABS * (uint64_t)m->triangles->count) return;
+    for (uint32_t s = 0; s <= slabs; s++) {
+        uint32_t count = m->begin[s];
+        m->begin[s] = all, all += count;
+    }
+    m->list = QW_NEW(m->env, uint32_t, all);
+    sort_into_slabs(m);
+    memmove(m->begin + 1, m->begin, slabs * sizeof *m->begin); /* each has become the next one's */
+    m->begin[0] = 0;
+}
+
 static void mark_slab(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const marking *m = user;
     const qw_wrap_frame *f = &m->lattice->frame;
-    (void)block;
-    for (uint32_t t = 0; t < m->triangles->count; t++) {
+    uint32_t first = m->list ? m->begin[block] : 0, last = m->list ? m->begin[block + 1] : m->triangles->count;
+    for (uint32_t i = first; i < last; i++) {
         double p[3][3];
         uint32_t low[3], high[3];
-        if (t % 4096 == 0 && !qw_listen(m->env)) return;
-        for (int i = 0; i < 3; i++)
-            memcpy(p[i], m->triangles->position + 3 * (size_t)m->triangles->corner[3 * (size_t)t + (size_t)i],
-                   sizeof p[i]);
+        if (i % 4096 == 0 && !qw_listen(m->env)) return;
+        triangle_at(m, m->list ? m->list[i] : i, p);
         cells_of(f, (const double(*)[3])p, low, high);
         if (low[2] < begin) low[2] = begin;
         if (high[2] > end) high[2] = end;
@@ -320,8 +361,10 @@ qw_wrap_lattice qw_wrap_lattice_fill(qw_env *env, const qw_wrap_frame *frame, co
     qw_wrap_lattice l = {.frame = *frame, .count = (size_t)frame->cells[0] * frame->cells[1] * frame->cells[2]};
     uint32_t extent[3];
     l.cell = QW_NEW_ZERO(env, uint8_t, l.count);
-    marking m = {env, &l, triangles};
+    marking m = {env, &l, triangles, NULL, NULL};
+    list_triangles(&m);
     qw_parallel(env, frame->cells[2], SLAB, mark_slab, &m);
+    qw_free(env, m.begin), qw_free(env, m.list);
     qw_break_silence(env);
     flood f = {.env = env, .lattice = &l};
     flood_from(&f, 0, QW_CELL_FREE, QW_CELL_OUTSIDE, extent);
