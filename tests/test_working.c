@@ -5,6 +5,8 @@
 #include "suite.h"
 #include "mesh/edit.h"
 #include "mesh/slide.h"
+#include "mesh/bvh.h"
+#include "mesh/cluster.h"
 #include "mesh/working.h"
 
 #include <setjmp.h>
@@ -530,6 +532,49 @@ TEST(dense_surfaces_are_condensed)
     assert_float_equal(volume(&small), volume(&sphere), 0.01 * volume(&sphere));
 }
 
+static qw_clustered clustered(qw_env *env, const qw_trimesh *mesh, float size)
+{
+    qw_census census = qw_trimesh_census(env, mesh);
+    float *cell = QW_NEW(env, float, mesh->vertex_count);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) cell[v] = size;
+    qw_clustered r;
+    assert_true(qw_cluster(env, mesh, census.component, (uint32_t)census.components, cell, &r));
+    qw_trimesh_validate(env, &r.mesh);
+    qw_census after = qw_trimesh_census(env, &r.mesh);
+    assert_int_equal(after.components, census.components);
+    assert_int_equal(after.euler, census.euler);
+    assert_int_equal(after.boundary_loops, census.boundary_loops);
+    for (uint32_t f = 0; f < r.mesh.face_count; f++) assert_int_equal(r.component[f], after.component[f]);
+    qw_bvh *tree = qw_bvh_build(env, &r.mesh);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) {
+        qw_hit hit = qw_bvh_nearest(tree, mesh->position[v], qw_v3(0, 0, 0), -1, 1, QW_NONE);
+        assert_true(qw_distance(hit.point, mesh->position[v]) < 0.2f * size);
+    }
+    return r;
+}
+
+/* Of the same topology, near the surface, with its boundary and its edges; also where a cell holds a whole handle. */
+TEST(dense_surfaces_are_clustered)
+{
+    qw_trimesh torus = make_torus(env, 300, 150, 0.15);
+    qw_clustered round = clustered(env, &torus, 0.05f);
+    assert_true(round.mesh.face_count * 8 < torus.face_count);
+    for (uint32_t v = 0; v < round.mesh.vertex_count; v++)
+        assert_memory_equal(&round.mesh.position[v], &torus.position[round.origin[v]], sizeof(qw_vec3));
+    qw_trimesh wire = make_torus(env, 2000, 40, 0.01f), grid = make_grid(env, 200, 0.5);
+    assert_true(clustered(env, &wire, 0.03f).mesh.face_count * 2 < wire.face_count);
+    qw_clustered bent = clustered(env, &grid, 0.04f);
+    assert_float_equal(curve_length(&bent.mesh, true), curve_length(&grid, true), 1e-6);
+    builder b = {.env = env};
+    add_box(&b, 1, 1, 1, 0);
+    add_box(&b, 1, 1, 1, 2);
+    qw_trimesh boxes = finish(&b, 30), dense = run(env, &boxes, 0.015f).mesh;
+    qw_clustered box = clustered(env, &dense, 0.05f);
+    assert_true(box.mesh.face_count * 3 < dense.face_count);
+    assert_float_equal(curve_length(&box.mesh, false), 24, 1e-3);
+    assert_float_equal(volume(&box.mesh), 2, 1e-5);
+}
+
 TEST(open_grids_keep_their_boundary)
 {
     for (uint32_t n = 1; n <= 64; n *= 8) {
@@ -760,6 +805,7 @@ QW_TEST_SUITE(working)
         cmocka_unit_test(a_long_thin_box_stays_one),
         cmocka_unit_test(a_dense_cube_is_coarsened_along_its_edges),
         cmocka_unit_test(dense_surfaces_are_condensed),
+        cmocka_unit_test(dense_surfaces_are_clustered),
         cmocka_unit_test(open_grids_keep_their_boundary),
         cmocka_unit_test(tori_and_spheres_are_followed),
         cmocka_unit_test(tiny_components_and_coarse_targets_leave_room),

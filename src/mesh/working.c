@@ -2,6 +2,7 @@
 
 #include "base/constants.h"
 #include "mesh/blocks.h"
+#include "mesh/cluster.h"
 #include "mesh/corners.h"
 #include "mesh/reshape.h"
 
@@ -20,6 +21,8 @@
 #define SHORTEST_MEAN   1e-3
 /* In target lengths: edges that the last round collapses; what it leaves short no later round makes even. */
 #define LAST_SHORT      0.6f
+/* Cells of the clusters of a dense surface, in lengths that it is condensed to. */
+#define CLUSTERED       0.7f
 /* Twice the area of an equilateral triangle of edge 1, as a triangle's cross product has it. */
 
 /* Slivers are merged where cutting each by itself would make this many times the faces that are needed: ordinary
@@ -727,14 +730,35 @@ static qw_trimesh close_surface(qw_reshape *r, const qw_census *census, float **
     return mesh;
 }
 
+/* What is much finer than `length` is clustered first. Sets *length to that at its vertices, and *census of it as far
+   as components go; *clustered: the surface. */
+static const qw_trimesh *cluster_dense(qw_env *env, const qw_trimesh *input, qw_census *census, const float **length,
+                                       qw_clustered *clustered)
+{
+    float *cell = QW_NEW(env, float, input->vertex_count);
+    limit_targets(env, input, census, LEAST_CONDENSED, *length, cell, NULL);
+    for (uint32_t v = 0; v < input->vertex_count; v++) cell[v] *= CLUSTERED;
+    bool dense = qw_cluster(env, input, census->component, (uint32_t)census->components, cell, clustered);
+    qw_free(env, cell);
+    if (!dense) return input;
+    qw_log(env, QW_LOG_DEBUG, "clustered to %u triangles", clustered->mesh.face_count);
+    float *at = QW_NEW(env, float, clustered->mesh.vertex_count);
+    for (uint32_t v = 0; v < clustered->mesh.vertex_count; v++) at[v] = (*length)[clustered->origin[v]];
+    *length = at, census->component = clustered->component;
+    return &clustered->mesh;
+}
+
 qw_trimesh qw_condensed_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, const float *length)
 {
     assert(input->twin && census->component && length);
     qw_scope_begin(env);
     float *target;
-    qw_reshape r = open_surface(env, input, census, LEAST_CONDENSED, length, NULL);
+    qw_census of = *census;
+    qw_clustered clustered;
+    const qw_trimesh *surface = cluster_dense(env, input, &of, &length, &clustered);
+    qw_reshape r = open_surface(env, surface, &of, LEAST_CONDENSED, length, NULL);
     coarsen(&r, (progress){env, 0, 1});
-    qw_trimesh mesh = close_surface(&r, census, &target);
+    qw_trimesh mesh = close_surface(&r, &of, &target);
     qw_keep(env, mesh.position), qw_keep(env, mesh.corner), qw_keep(env, mesh.twin), qw_keep(env, mesh.mark);
     qw_keep(env, mesh.point);
     qw_scope_end(env);
