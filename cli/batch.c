@@ -184,6 +184,13 @@ static qw_status load(making *k, const qw_host *host)
 {
     const qw_arguments *a = k->arguments;
     qw_status status = qw_load(k->model->input, host, &k->mesh);
+    if (a->options.wrap && qw_may_be_points(status)) {
+        qw_mesh *points;
+        qw_status other = qw_load_points(k->model->input, host, &points);
+        if (other != QW_FORMAT_UNKNOWN) status = other;
+        qw_mesh_destroy(other != QW_FORMAT_UNKNOWN ? k->mesh : points);
+        if (other != QW_FORMAT_UNKNOWN) k->mesh = points;
+    }
     if (status == QW_OK && a->keep[0]) status = qw_mesh_mark(k->mesh, a->keep, NULL);
     return say(k, status, qw_mesh_message(k->mesh));
 }

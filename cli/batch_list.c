@@ -130,11 +130,12 @@ static bool add(const qw_arguments *a, batch_list *list, const char *input, cons
     return m.input && m.output && m.record;
 }
 
-static bool is_mesh_name(const char *name)
+/* wraps: points count too, whose endings are the last two. */
+static bool is_mesh_name(const char *name, bool wraps)
 {
-    static const char *const endings[] = {".obj", ".ply", ".off", ".stl", ".glb", ".gltf"};
-    size_t n = strlen(name);
-    for (size_t i = 0; i < sizeof endings / sizeof *endings; i++) {
+    static const char *const endings[] = {".obj", ".ply", ".off", ".stl", ".glb", ".gltf", ".xyz", ".pcd"};
+    size_t n = strlen(name), count = sizeof endings / sizeof *endings - (wraps ? 0 : 2);
+    for (size_t i = 0; i < count; i++) {
         size_t length = strlen(endings[i]);
         bool is_same = n > length;
         for (size_t k = 0; k < length && is_same; k++) {
@@ -169,7 +170,8 @@ static bool add_folder(const qw_arguments *a, batch_list *list, const char *path
         is_whole = below && inner;
         if (is_whole && stat(below, &here) == 0) {
             if (S_ISDIR(here.st_mode)) is_whole = add_folder(a, list, below, inner, depth + 1);
-            else if (S_ISREG(here.st_mode) && is_mesh_name(entry->d_name)) is_whole = add(a, list, below, inner);
+            else if (S_ISREG(here.st_mode) && is_mesh_name(entry->d_name, a->options.wrap))
+                is_whole = add(a, list, below, inner);
         }
         free(below), free(inner);
     }

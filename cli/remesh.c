@@ -452,8 +452,8 @@ static qw_status run(session *s, qw_mesh **input)
     return status;
 }
 
-/* What a file that is no surface may be refused with: one of points may look like OFF without its first line. */
-static bool may_be_points(qw_status status)
+/* One of points may look like OFF without its first line. */
+bool qw_may_be_points(qw_status status)
 {
     return status == QW_NO_FACES || status == QW_FORMAT_UNKNOWN || status == QW_FORMAT_SYNTAX ||
            status == QW_FORMAT_TRUNCATED || status == QW_INDEX_RANGE;
@@ -467,7 +467,7 @@ static int load_input(session *s, const qw_host *host, qw_mesh **input)
     qw_status status = qw_load(a->input, host, input);
     bool is_drained = false; /* a pipe is read once */
     if (status == QW_OK) return 0;
-    if (a->options.wrap && may_be_points(status)) {
+    if (a->options.wrap && qw_may_be_points(status)) {
         qw_mesh *points;
         int notes = s->notes.count;
         qw_status other = qw_load_points(a->input, host, &points);

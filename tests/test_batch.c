@@ -282,6 +282,19 @@ static void assets_are_made_of_a_folder(void **state)
                      0);
 }
 
+/* Points without faces are models where they are wrapped, as in a single run. */
+static void points_are_models_with_wrap(void **state)
+{
+    (void)state;
+    assert_int_equal(
+        shell("mkdir points && cp " QW_TEST_DATA "/points/ball.xyz " QW_TEST_DATA "/points/ball.ply points"), 0);
+    assert_int_equal(shell(TOOL "batch points --out wrapped --faces 100 --wrap 0.1 -q && " TOOL
+                                "points/ball.xyz -o ball.obj --faces 100 --wrap 0.1 -q && "
+                                "cmp ball.obj wrapped/ball.xyz.quads.obj && test -s wrapped/ball.ply.quads.obj"),
+                     0);
+    assert_int_not_equal(shell(TOOL "batch points --out unwrapped_points --faces 100 -q 2> stderr"), 0);
+}
+
 /* Of what failed in an earlier run a later one says so, by number and name, and its exit code agrees. */
 static void counts_of_a_resumed_run_agree(void **state)
 {
@@ -383,6 +396,7 @@ QW_TEST_SUITE(batch)
         cmocka_unit_test(limits_end_one_model),
         cmocka_unit_test(files_beside_count),
         cmocka_unit_test(assets_are_made_of_a_folder),
+        cmocka_unit_test(points_are_models_with_wrap),
         cmocka_unit_test(counts_of_a_resumed_run_agree),
         cmocka_unit_test(other_options_replace_nothing),
         cmocka_unit_test(one_batch_at_a_time),

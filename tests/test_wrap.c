@@ -606,6 +606,33 @@ static void test_points(void **unused)
     qw_mesh_destroy(mesh);
 }
 
+/* The points of a file, as those of an array and of bytes: the same triangles, and attributes that are theirs. */
+static void test_own_points(void **unused)
+{
+    (void)unused;
+    qw_mesh *file, *own, *bytes;
+    assert_int_equal(qw_load_points(QW_TEST_DATA "/points/ball.ply", NULL, &file), QW_OK);
+    qw_mesh_view view = qw_mesh_get(file), again;
+    uint32_t count;
+    const qw_attribute *a = qw_mesh_attributes(file, &count);
+    assert_int_equal(qw_mesh_of_points(view.positions, view.vertex_count, a, count, NULL, &own), QW_OK);
+    again = qw_mesh_get(own);
+    assert_int_equal(again.face_count, view.face_count);
+    assert_memory_equal(again.corners, view.corners, 3 * (size_t)view.face_count * sizeof *view.corners);
+    qw_mesh_destroy(own);
+    assert_int_equal(qw_mesh_of_points(view.positions, view.vertex_count - 1, a, count, NULL, &own), QW_ARGUMENT);
+    qw_mesh_destroy(own);
+    assert_int_equal(qw_mesh_of_points(view.positions, 2, NULL, 0, NULL, &own), QW_NO_FACES);
+    qw_mesh_destroy(own);
+    qw_mesh_destroy(file);
+    static const char text[] = "0 0 0\n1 0 0\n0 1 0\n1 1 0.5\n";
+    assert_int_equal(qw_load_points_memory(text, sizeof text - 1, NULL, &bytes), QW_OK);
+    assert_int_equal(qw_mesh_get(bytes).vertex_count, 4);
+    qw_mesh_destroy(bytes);
+    assert_int_equal(qw_load_points_memory(NULL, 0, NULL, &bytes), QW_ARGUMENT);
+    qw_mesh_destroy(bytes);
+}
+
 /* Points that are there many times make the triangles of those that are there once. */
 static void repeated_body(void *user)
 {
@@ -681,6 +708,7 @@ QW_TEST_SUITE(wrap)
         cmocka_unit_test(test_visible),
         cmocka_unit_test(test_holes),
         cmocka_unit_test(test_points),
+        cmocka_unit_test(test_own_points),
         cmocka_unit_test(test_contexts),
         cmocka_unit_test(test_box_is_met),
         cmocka_unit_test(test_lining_does_not_attract),

@@ -148,6 +148,8 @@ export class Remesher {
   /** a file of OBJ, PLY, OFF or STL */
   load(file: ArrayBuffer | Uint8Array | Blob, hooks?: Pick<Hooks, 'signal' | 'log'>): Promise<Surface>;
   set(positions: Numbers, indices: Numbers | null, options?: SurfaceOptions & { transfer?: boolean; signal?: AbortSignal }): Promise<void>;
+  /** points without faces, three numbers a point, and attributes of theirs: a surface with the option wrap */
+  setPoints(positions: Numbers, options?: { attributes?: Record<string, Attribute>; signal?: AbortSignal }): Promise<void>;
   remesh(options?: Options, hooks?: Hooks): Promise<Result>;
   /** what is missing is taken away */
   steer(steering?: Steering, hooks?: Pick<Hooks, 'signal'>): Promise<void>;

@@ -27,7 +27,8 @@ enum { MOST_ATTRIBUTES = 64, MOST_NOTES = 16, NOTE_SIZE = 256 };
 
 typedef struct session {
     qw_context *context;
-    qw_mesh *file;      /* where the surface came from a file; else NULL */
+    qw_mesh *file;      /* where the surface came from a file, or of points; else NULL */
+    bool of_points;     /* its triangles only join points: it is no surface before it is wrapped */
     qw_mesh_view input; /* of the file, or of the arrays below */
     void *array[4];     /* owned: positions, corners, face sizes, marks; each may be NULL */
 
@@ -109,7 +110,7 @@ static void drop_surface(session *s)
         free((void *)s->given[i].name), free((void *)s->given[i].values);
         free((void *)s->given[i].group), free((void *)s->given[i].labels);
     }
-    s->file = NULL, s->input = (qw_mesh_view){.size = sizeof s->input};
+    s->file = NULL, s->of_points = false, s->input = (qw_mesh_view){.size = sizeof s->input};
     memset(s->array, 0, sizeof s->array);
     s->given_count = s->note_count = 0;
     s->carried = NULL, s->carried_count = 0;
@@ -134,6 +135,15 @@ int EXPORT(web_take_file)(session *s, void *bytes, size_t size)
     qw_host host = host_of(s);
     host.log = keep_note;
     qw_status status = qw_load_memory(bytes, size, &host, &s->file);
+    bool may_be_points = status == QW_NO_FACES || status == QW_FORMAT_UNKNOWN || status == QW_FORMAT_SYNTAX ||
+                         status == QW_FORMAT_TRUNCATED || status == QW_INDEX_RANGE;
+    qw_mesh *points = NULL;
+    if (may_be_points && qw_load_points_memory(bytes, size, &host, &points) == QW_OK) {
+        qw_mesh_destroy(s->file);
+        s->file = points, s->of_points = true, status = QW_OK, s->note_count = 0;
+    } else {
+        qw_mesh_destroy(points);
+    }
     free(bytes);
     if (status != QW_OK) return fail(s, status, qw_mesh_message(s->file));
     s->input = qw_mesh_get(s->file);
@@ -158,6 +168,20 @@ int EXPORT(web_take_arrays)(session *s, double *positions, uint32_t vertices, ui
                               .marked_edge_count = mark_count};
     return settle(s, qw_set_mesh(s->context, &s->input));
 }
+
+/* Points without faces: double[points][3], taken over. */
+int EXPORT(web_take_points)(session *s, double *positions, uint32_t points)
+{
+    drop_surface(s);
+    s->array[0] = positions;
+    qw_host host = host_of(s);
+    qw_status status = qw_mesh_of_points(positions, points, NULL, 0, &host, &s->file);
+    if (status != QW_OK) return fail(s, status, qw_mesh_message(s->file));
+    s->input = qw_mesh_get(s->file), s->of_points = true;
+    return settle(s, qw_set_mesh(s->context, &s->input));
+}
+
+int EXPORT(web_is_points)(const session *s) { return s->of_points; }
 
 /* The sides at which attributes of these names ("uv,material") differ become marks. */
 int EXPORT(web_mark)(session *s, const char *names)
@@ -232,7 +256,7 @@ int EXPORT(web_set_region)(session *s, uint8_t *inside, uint32_t count)
 
 static const qw_attribute *attributes_of_input(const session *s, uint32_t *count)
 {
-    if (s->file) return qw_mesh_attributes(s->file, count);
+    if (s->file && s->given_count == 0) return qw_mesh_attributes(s->file, count);
     *count = s->given_count;
     return s->given;
 }
@@ -251,6 +275,8 @@ int EXPORT(web_set_option)(session *s, const char *name, const char *value)
 int EXPORT(web_run)(session *s)
 {
     s->carried = NULL, s->carried_count = 0;
+    if (s->of_points && !s->options.wrap)
+        return fail(s, QW_NO_FACES, "there are points and no faces: they become a surface with the option wrap");
     return settle(s, qw_run(s->context, &s->options));
 }
 

@@ -604,6 +604,11 @@ QW_API qw_status qw_save_provenance(qw_context *context, const qw_attribute *att
    neighbours: no surface by itself, but one for the option wrap. Attributes of the points are kept. Fails with
    QW_NO_FACES where there are fewer than three points. */
 QW_API qw_status qw_load_points(const char *path, const qw_host *host, qw_mesh **mesh);
+QW_API qw_status qw_load_points_memory(const void *bytes, size_t size, const qw_host *host, qw_mesh **mesh);
+/* The same of the caller's points, double[point_count][3], and attributes of theirs, qw_attribute[count] or NULL; the
+   mesh refers to both. */
+QW_API qw_status qw_mesh_of_points(const double *positions, uint32_t point_count, const qw_attribute *attributes,
+                                   uint32_t count, const qw_host *host, qw_mesh **mesh);
 /* Cuts a loaded mesh to triangles of what is seen from outside, through gaps wider than this share of the diagonal of
    its box (0: 1/200), to the precision of as much: what others hide is gone, to measure against the rest. Its
    attributes are gone too. */

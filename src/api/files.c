@@ -120,8 +120,10 @@ static void load_body(void *user)
 static void points_body(void *user)
 {
     load_job *job = user;
-    if (!job->path) qw_fail(job->env, QW_ARGUMENT, -1, "there is nothing to load: the path is NULL");
-    qw_soup soup = qw_read_points(job->env, job->path);
+    if (!job->path && !job->bytes)
+        qw_fail(job->env, QW_ARGUMENT, -1, "there is nothing to load: the path or the bytes are NULL");
+    qw_soup soup = job->path ? qw_read_points(job->env, job->path)
+                             : qw_read_points_memory(job->env, job->bytes, job->size, "memory");
     uint32_t *corner, faces = qw_triangles_of_points(job->env, soup.position, soup.vertex_count, &corner);
     job->mesh->view = (qw_mesh_view){.size = sizeof job->mesh->view,
                                      .vertex_count = soup.vertex_count,
@@ -130,6 +132,21 @@ static void points_body(void *user)
                                      .positions = soup.position,
                                      .corners = corner};
     job->mesh->attribute = soup.attribute, job->mesh->attribute_count = soup.attribute_count;
+    job->mesh->is_whole = true;
+}
+
+/* The caller's points, of which the view has no faces. */
+static void own_points_body(void *user)
+{
+    load_job *job = user;
+    const qw_mesh_view *v = job->view;
+    if (v->vertex_count < 3) qw_fail(job->env, QW_NO_FACES, -1, "%u points make no surface", v->vertex_count);
+    qw_require_view(job->env, v, "points");
+    qw_require_attributes(job->env, job->attributes, job->attribute_count, v->vertex_count, 0, 0);
+    uint32_t *corner, faces = qw_triangles_of_points(job->env, v->positions, v->vertex_count, &corner);
+    job->mesh->view = *v;
+    job->mesh->view.face_count = faces, job->mesh->view.uniform_face_size = 3, job->mesh->view.corners = corner;
+    job->mesh->attribute = job->attributes, job->mesh->attribute_count = job->attribute_count;
     job->mesh->is_whole = true;
 }
 
@@ -170,6 +187,19 @@ qw_status qw_load(const char *path, const qw_host *host, qw_mesh **mesh)
 qw_status qw_load_points(const char *path, const qw_host *host, qw_mesh **mesh)
 {
     return mesh ? make_mesh((load_job){.path = path}, points_body, host, mesh) : QW_ARGUMENT;
+}
+
+qw_status qw_load_points_memory(const void *bytes, size_t size, const qw_host *host, qw_mesh **mesh)
+{
+    return mesh ? make_mesh((load_job){.bytes = bytes, .size = size}, points_body, host, mesh) : QW_ARGUMENT;
+}
+
+qw_status qw_mesh_of_points(const double *positions, uint32_t point_count, const qw_attribute *attributes,
+                            uint32_t count, const qw_host *host, qw_mesh **mesh)
+{
+    const qw_mesh_view view = {.size = sizeof view, .vertex_count = point_count, .positions = positions};
+    load_job job = {.view = &view, .attributes = attributes, .attribute_count = count};
+    return mesh ? make_mesh(job, own_points_body, host, mesh) : QW_ARGUMENT;
 }
 
 qw_status qw_load_memory(const void *bytes, size_t size, const qw_host *host, qw_mesh **mesh)

@@ -78,21 +78,25 @@ qw_soup qw_read(qw_env *env, const char *path)
     return keep(env, read_any(env, name, path, qw_file_read(env, path, name)));
 }
 
-qw_soup qw_read_memory(qw_env *env, const void *bytes, size_t size, const char *name)
+/* With zeros behind them, as a file is read. */
+static qw_bytes copied(qw_env *env, const void *bytes, size_t size, const char *name)
 {
     if (size > SIZE_MAX / 4) qw_fail(env, QW_TOO_LARGE, -1, "%s: %zu bytes are more than can be addressed", name, size);
-    qw_scope_begin(env);
     char *copy = qw_alloc(env, size + QW_ZEROS, 1);
     if (size) memcpy(copy, bytes, size);
     memset(copy + size, 0, QW_ZEROS);
-    return keep(env, read_any(env, name, NULL, (qw_bytes){copy, size}));
+    return (qw_bytes){copy, size};
 }
 
-qw_soup qw_read_points(qw_env *env, const char *path)
+qw_soup qw_read_memory(qw_env *env, const void *bytes, size_t size, const char *name)
 {
     qw_scope_begin(env);
-    const char *name = qw_path_for_messages(env, path, "standard input");
-    qw_bytes bytes = qw_file_read(env, path, name);
+    return keep(env, read_any(env, name, NULL, copied(env, bytes, size, name)));
+}
+
+/* Ends the scope that was begun. */
+static qw_soup read_points(qw_env *env, const char *name, qw_bytes bytes)
+{
     if (bytes.size == 0) qw_fail(env, QW_FILE_EMPTY, -1, "%s: the file is empty", name);
     if (qw_is_ply(bytes)) return keep(env, qw_read_ply_points(env, name, bytes));
     if (qw_is_pcd(bytes)) return keep(env, qw_read_pcd(env, name, bytes));
@@ -100,4 +104,17 @@ qw_soup qw_read_points(qw_env *env, const char *path)
         qw_is_stl_text(env, bytes))
         qw_fail(env, QW_FORMAT_UNKNOWN, -1, "%s: points are read from PLY, PCD, OBJ and XYZ only", name);
     return keep(env, qw_read_xyz(env, name, bytes));
+}
+
+qw_soup qw_read_points(qw_env *env, const char *path)
+{
+    qw_scope_begin(env);
+    const char *name = qw_path_for_messages(env, path, "standard input");
+    return read_points(env, name, qw_file_read(env, path, name));
+}
+
+qw_soup qw_read_points_memory(qw_env *env, const void *bytes, size_t size, const char *name)
+{
+    qw_scope_begin(env);
+    return read_points(env, name, copied(env, bytes, size, name));
 }

@@ -32,6 +32,7 @@ qw_soup qw_read_memory(qw_env *env, const void *bytes, size_t size, const char *
 /* The points of a file without faces: PLY, PCD, the vertices of an OBJ, or lines that begin with three numbers (XYZ).
    face_count is 0. Fails as qw_read does, with QW_NO_FACES where there are fewer than three. */
 qw_soup qw_read_points(qw_env *env, const char *path);
+qw_soup qw_read_points_memory(qw_env *env, const void *bytes, size_t size, const char *name_for_messages);
 
 /* Frees the attributes of a soup, and what else it has beside the surface. */
 void qw_drop_attributes(qw_env *env, qw_soup *soup);

@@ -141,8 +141,9 @@ class Snapshot:
         self.bakes, self.look, self.corner_normals = settings.bake, None, None
         if (settings.bake or settings.unwrap) and self.region is not None:
             raise Refusal(f"{obj.name} has some faces selected, and whole meshes alone are unwrapped; select none or all")
-        if not obj.data.polygons and not applied_modifiers(obj, settings):
-            raise Refusal(f"{obj.name} has no faces")
+        wraps_points = settings.option_wrap and len(obj.data.vertices) > 2
+        if not obj.data.polygons and not applied_modifiers(obj, settings) and not wraps_points:
+            raise Refusal(f"{obj.name} has no faces" + ("; with Wrap its points become a surface" if len(obj.data.vertices) > 2 else ""))
         self.before = fingerprint(obj.data)
         applied = applied_modifiers(obj, settings) if self.region is None else []
         self.applied = [m.name for m in applied]
@@ -170,10 +171,10 @@ class Snapshot:
                 bpy.data.meshes.remove(copy)
         else:
             self._take_base(obj, obj.data)
-        if not len(self.sizes):
+        if not len(self.sizes) and not (wraps_points and not applied):
             raise Refusal(f"{obj.name} has no faces" + (" after its modifiers" if applied else ""))
         self.slots = [m.name if m else None for m in obj.data.materials]
-        if self.bakes:
+        if self.bakes and len(self.sizes):
             self.take_look(obj)
 
     def take_look(self, obj):
@@ -213,8 +214,6 @@ class Snapshot:
         self._place(_read(mesh.vertices, "co", np.float32, 3))
         self.corners = _read(mesh.loops, "vertex_index", np.int32)
         self.sizes = _read(mesh.polygons, "loop_total", np.int32)
-        if not len(self.sizes):
-            return
         self.edges = _read(mesh.edges, "vertices", np.int32, 2)
         self.edge_marks = self._marks(mesh)
         selected = _read(mesh.edges, "select", bool)

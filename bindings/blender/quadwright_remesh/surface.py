@@ -20,8 +20,12 @@ class Surface:
         marks = arrays.get("marks")
         self.has_marks = marks is not None and len(marks) > 0
         scene = quadwright.load_memory(arrays["scene"]).scene if "scene" in arrays else None  # materials, to be baked
-        mesh = quadwright.Mesh(arrays["vertices"], arrays["corners"], arrays["sizes"], marks if self.has_marks else None, scene=scene)
-        self.remesher = quadwright.Remesher(mesh, marked_edges=mesh.marked_edges, attributes=attributes)
+        if not len(arrays["sizes"]):  # points: what belongs to corners and faces has nothing to belong to
+            of_points = {name: attribute for name, attribute in attributes.items() if attribute.per == "vertex"}
+            self.remesher = quadwright.Remesher(arrays["vertices"], attributes=of_points)
+        else:
+            mesh = quadwright.Mesh(arrays["vertices"], arrays["corners"], arrays["sizes"], marks if self.has_marks else None, scene=scene)
+            self.remesher = quadwright.Remesher(mesh, marked_edges=mesh.marked_edges, attributes=attributes)
         self.sizes = arrays["sizes"]
         self.steering = self.region = None
 

@@ -210,6 +210,18 @@ class Button(Case):
             self.assertEqual("switch on Seams" in told, says, told)
             self.assertTrue("across a UV seam" in told or not says, told)
 
+    def test_points_are_wrapped(self):
+        """A mesh of vertices alone is refused with the remedy, and becomes a surface with Wrap."""
+        obj = sphere(1.0)
+        mesh = bpy.data.meshes.new("points")
+        mesh.from_pydata([v.co[:] for v in obj.data.vertices], [], [])
+        obj.data = mesh
+        with self.assertRaisesRegex(RuntimeError, "with Wrap its points"):
+            remesh()
+        self.settings.option_wrap, self.settings.option_wrap_distance, self.settings.target, self.settings.faces = True, 0.05, "FACES", 300
+        remesh()
+        self.assertLess(abs(len(quads(obj.data)) - 300), 20)
+
     def test_nothing_to_cancel(self):
         self.assertEqual(bpy.ops.object.quadwright_cancel(), {"CANCELLED"})
 

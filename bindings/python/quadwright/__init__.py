@@ -456,6 +456,10 @@ def _told(argument, function, *arguments):
         raise ValueError(f"{argument}: {error}") from None
 
 
+def _points(arrays):
+    return _told("vertices", _native.points, arrays)
+
+
 _SHADINGS = {"input": -1, "none": -1, "smooth": 0, "split": 1}  # qw_shading
 
 
@@ -467,7 +471,10 @@ class Remesher:
 
     def __init__(self, vertices, faces=None, /, *, face_sizes=None, marked_edges=None, attributes=None, keep=None, density=None, guides=None,
                  field=None, region=None, memory_limit=0):
-        mesh = _input.take(vertices, faces, face_sizes, marked_edges)
+        mesh = _input.take_points(vertices, _points) if faces is None and face_sizes is None and marked_edges is None else None
+        if mesh is None:
+            mesh = _input.take(vertices, faces, face_sizes, marked_edges)
+        self._of_points = mesh.of_points
         self._defaults = {"sharp_marks": True} if marked_edges is not None and mesh[4] is not None else {}
         bare = attributes is not None and not attributes
         self._library, self._scene = (None, None) if bare else (mesh.library, mesh.scene)
@@ -515,6 +522,8 @@ class Remesher:
         maps, of_asset = _maps(bake), _of_asset(options)
         asset = (of_asset, maps, tuple(self._mesh), self._scene) if unwrap or maps >= 0 else None
         pairs = _preset(preset) + _pairs({**self._defaults, **options})
+        if self._of_points and dict(pairs).get("wrap", "off") == "off":
+            raise TypeError("faces: missing; points alone become a surface with wrap=True, or give vertices and faces, or a mesh that has both")
         if progress is not None and progress is not True and progress is not False and not callable(progress):
             raise TypeError(f"progress: must be callable as progress(stage, fraction), or True for a bar, not {progress!r:.60}")
         if field_per is not None and not (isinstance(field_per, str) and field_per in ("vertex", "face")):
@@ -548,7 +557,8 @@ def remesh(points, triangles=None, /, *, face_sizes=None, marked_edges=None, att
 
     The first two arguments have no names, and sentences call them vertices and faces: (n, 3), finite numbers; (m, 3) or (m, 4), whole numbers from 0
     to n - 1, or (corners,) with face_sizes, (m,), each 3 or more. A mesh of trimesh, meshio, VTK, PyVista or Open3D, a Mesh or a Result
-    may stand in the place of both.
+    may stand in the place of both. With wrap=True points without faces may: an array (n, 3), a PointCloud of Open3D, VTK's or PyVista's points; their
+    normals are not needed, their colours and values are carried.
 
     attributes: {name: array or Attribute}, what the surface has of its vertices, corners and faces and the quads are to have too; None: those that
     the mesh brings along; {}: none. Float32 (n,) or (n, k) are interpolated, whole numbers (n,) are labels; Attribute says what else there is.
@@ -567,7 +577,7 @@ def remesh(points, triangles=None, /, *, face_sizes=None, marked_edges=None, att
     "height", in a list or with commas between them. They are the result's `maps`.
     progress: called with (stage, fraction), at most every 20 ms, on this thread; CANCEL cancels the run (Cancelled), and what it raises comes out of
     remesh(). True shows a bar. memory_limit: bytes, or a text such as "4G"; 0: none.
-    preset: "scan", "character", "cad", "game" or "print", options that suit a kind of surface (presets()); those that are given win.
+    preset: "scan", "character", "cad", "game", "print" or "soup", options that suit a kind of surface (presets()); those that are given win.
 
     symmetry may also be (x, y, z, offset), the plane of the points p with x p0 + y p1 + z p2 = offset. At most one of faces, vertices,
     edge_length and ratio may be given. The global interpreter lock is released. Ctrl-C raises KeyboardInterrupt.

@@ -18,6 +18,7 @@ class Arrays(tuple):
     own: dict = {}
     library = None
     scene = None
+    of_points = False  # the faces join points that came without any
 
 
 def _with_own(arrays_, mesh):
@@ -204,6 +205,39 @@ def _hint(mesh):
     if has("vertices", "polygons"):
         return "a mesh as of Blender; the add-on remeshes it (docs/blender.md), or give arrays of its vertices and loop triangles"
     return None
+
+
+def _points_of(mesh):
+    """(points, {name: array of points}) of what has no faces: an array, a PointCloud of Open3D, VTK's or PyVista's points; or None."""
+    if isinstance(mesh, (np.ndarray, list)):
+        return mesh, {}
+    if _others.is_vtk(mesh):
+        return _others.points_of_vtk(mesh)
+    if type(mesh).__module__.startswith("open3d") and (hasattr(mesh, "points") or hasattr(mesh, "point")):
+        return _others.points_of_open3d(mesh)
+    faces = next((getattr(mesh, name) for name in ("faces", "quads", "triangles", "cells") if hasattr(mesh, name)), ())
+    if not hasattr(faces, "__len__") or len(faces) or _hint(mesh):
+        return None
+    found = getattr(mesh, "vertices", None) if hasattr(mesh, "vertices") else getattr(mesh, "points", None)
+    return None if found is None or callable(found) else (found, {})
+
+
+def take_points(mesh, triangles):
+    """Points without faces, as arrays with the triangles that the function gives for them; or None, where it is none of those."""
+    found = _points_of(mesh)
+    if found is None:
+        return None
+    places = positions(found[0])
+    if len(places) > _MOST:
+        raise ValueError(f"vertices: more than {_MOST} of them")
+    none = np.zeros(0, np.int32)
+    corners = np.asarray(triangles(Arrays((places, 3, None, none, None)))).reshape(-1, 3)
+    taken = Arrays((places, 3, None, np.ascontiguousarray(corners, dtype=np.int32), None))
+    from ._attributes import Attribute
+
+    taken.own = {name: Attribute(values, "vertex") for name, values in _numeric(found[1]).items()} or (getattr(mesh, "attributes", None) or {})
+    taken.of_points = True
+    return taken
 
 
 def take(mesh, faces=None, face_sizes=None, marked_edges=None, name=None):

@@ -285,6 +285,27 @@ static PyObject *native_region(PyObject *self, PyObject *arguments)
     return result;
 }
 
+/* Triangles that join points without faces to their neighbours: int32 (faces, 3). */
+static PyObject *native_points(PyObject *self, PyObject *mesh)
+{
+    PyObject *result;
+    mesh_input in;
+    qw_mesh *points;
+    (void)self;
+    if (!native_take_mesh(mesh, &in)) return NULL;
+    hooks h = {.last = native_now_ms()};
+    const qw_host host = native_host(&h, 0);
+    h.released = PyEval_SaveThread();
+    qw_status status = qw_mesh_of_points(in.view.positions, in.view.vertex_count, NULL, 0, &host, &points);
+    native_take_gil(&h);
+    qw_mesh_view view = qw_mesh_get(points);
+    if (status == QW_OK && !PyErr_Occurred()) result = native_numbers(view.corners, 'i', view.face_count, 3);
+    else result = native_raise(status, points ? qw_mesh_message(points) : qw_status_text(status));
+    qw_mesh_destroy(points);
+    native_release_mesh(&in);
+    return result;
+}
+
 /* The sentence of a failure of qw_measure_seen comes by way of its log. */
 typedef struct measuring {
     hooks hooks;
@@ -490,6 +511,7 @@ static PyMethodDef functions[] = {{"load", native_load, METH_VARARGS, NULL},
                                   {"save", native_save, METH_VARARGS, NULL},
                                   {"borders", native_borders, METH_VARARGS, NULL},
                                   {"region", native_region, METH_VARARGS, NULL},
+                                  {"points", native_points, METH_O, NULL},
                                   {"measure", native_measure, METH_VARARGS, NULL},
                                   {"render", native_render, METH_VARARGS, NULL},
                                   {"options", native_options, METH_NOARGS, NULL},

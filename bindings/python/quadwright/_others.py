@@ -35,6 +35,25 @@ def of_vtk(mesh):
     return vtk_to_numpy(mesh.GetPoints().GetData()), corners, np.diff(offsets), *tables
 
 
+def points_of_vtk(mesh):
+    """points, {name: array}, where there are no polygons; or None"""
+    from vtkmodules.util.numpy_support import vtk_to_numpy  # type: ignore[import]
+
+    if mesh.GetPoints() is None or mesh.GetPolys().GetNumberOfCells() or mesh.GetStrips().GetNumberOfCells():
+        return None
+    data = mesh.GetPointData()
+    arrays = [data.GetArray(i) for i in range(data.GetNumberOfArrays())]
+    return vtk_to_numpy(mesh.GetPoints().GetData()), {a.GetName(): vtk_to_numpy(a) for a in arrays if a is not None and a.GetName()}
+
+
+def points_of_open3d(cloud):
+    """points, {name: array}, of both of its kinds of PointCloud; normals are left, as a skin has its own"""
+    if hasattr(cloud, "point"):  # open3d.t.geometry
+        found = {("color" if name == "colors" else name): tensor.cpu().numpy() for name, tensor in cloud.point.items() if name not in ("positions", "normals")}
+        return cloud.point.positions.cpu().numpy(), found
+    return np.asarray(cloud.points), {"color": np.asarray(cloud.colors)} if cloud.has_colors() else {}
+
+
 def of_open3d(mesh):
     """points, triangles, {name: (array, what it belongs to)}, of both of its kinds of triangle meshes"""
     own = {}

@@ -73,7 +73,7 @@ def test_no_faces():
     assert info.value.status == "NO_FACES" and isinstance(info.value, ValueError)
     with pytest.raises(quadwright.OnlyDegenerateError):
         quadwright.remesh(np.zeros((4, 3)), FACES)
-    with pytest.raises(TypeError, match="^faces: missing"):
+    with pytest.raises(TypeError, match="^faces: missing; points alone become a surface with wrap=True"):
         quadwright.remesh(POINTS)
 
 
@@ -94,6 +94,7 @@ def test_marks(marks, error):
     ({"faces": -1}, quadwright.OptionError, "^faces: must be a whole number from 0"),
     ({"vertices": -1}, quadwright.OptionError, "^vertices: must be"), ({"edge_length": 1e-9}, quadwright.OptionError, "^edge_length: 1e-09"), ({"faces": 2.5}, TypeError, "faces"),
     ({"faces": True}, TypeError, "faces"), ({"faces": [[0, 1, 2]]}, TypeError, "faces: the number of quads"), ({"adaptiv": 1}, TypeError, "did you mean adaptive"), ({"preset": "cat"}, ValueError, "preset: must be scan, character"), ({"memory_limit": "4 cows"}, ValueError, "memory_limit: a memory limit is"), ({"adaptive": 2}, quadwright.OptionError, "^adaptive: must"),
+    ({"wrap": "0.5 q"}, quadwright.OptionError, "^wrap: must be on, off"), ({"wrap": 0.7}, quadwright.OptionError, "wrap_distance"), ({"wrap": [1]}, TypeError, "^wrap"),
     ({"adaptive": float("nan")}, quadwright.OptionError, "adaptive"), ({"adaptive": "much"}, TypeError, "adaptive"), ({"sat": "on"}, TypeError, "sat"),
     ({"flow": "none"}, quadwright.OptionError, "^flow: must"), ({"flow": 3}, TypeError, "flow"), ({"nonsense": 1}, TypeError, "nonsense"),
     ({"faces": 10, "ratio": 0.5}, quadwright.OptionError, "only one of faces, vertices, edge_length and ratio"), ({"progress": 3}, TypeError, "progress"),

@@ -80,3 +80,47 @@ def test_gmsh_reads_the_quads(surface, tmp_path):
     subprocess.run(["gmsh", "-0", "quads.msh", "-o", "back.msh", "-format", "msh2"], cwd=tmp_path, check=True, capture_output=True)
     elements = (tmp_path / "back.msh").read_text().split("$Elements\n")[1].splitlines()
     assert int(elements[0]) == len(result.quads) and elements[1].split()[1] == "3"  # gmsh's number of quads
+
+
+def ball_of_points(count=4000):
+    i = np.arange(count)
+    z, a = 1 - (2 * i + 1) / count, i * 2.399963229728653
+    r = np.sqrt(1 - z * z)
+    return np.stack([r * np.cos(a), r * np.sin(a), z], 1)
+
+
+def check_ball(result):
+    assert result.report["boundary_loops"] == 0 and result.report["components"] == 1 and result.report["euler"] == 2
+    assert np.abs(np.linalg.norm(result.vertices, axis=1) - 1).max() < 0.03
+
+
+def test_points():
+    points = ball_of_points()
+    result = quadwright.remesh(points, faces=300, wrap=0.1, attributes={"height": points[:, 2].astype(np.float32)})
+    check_ball(result)
+    assert np.abs(result.attributes["height"].values.reshape(-1) - result.vertices[:, 2]).max() < 0.1
+    check_ball(quadwright.remesh(points, faces=300, wrap="2q"))
+    with pytest.raises(quadwright.NoFacesError):
+        quadwright.remesh(points[:2], wrap=True)
+    with pytest.raises(TypeError, match="missing"):
+        quadwright.measure(points)
+
+
+def test_points_of_open3d():
+    open3d = pytest.importorskip("open3d", reason="Open3D is not installed (Debian: python3-open3d)")
+    cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(ball_of_points()))
+    cloud.colors = open3d.utility.Vector3dVector(np.full((4000, 3), [1, 0.5, 0]))
+    result = quadwright.remesh(cloud, faces=300, wrap=0.1)
+    check_ball(result)
+    assert np.allclose(result.attributes["color"].values[:, :3], [1, 0.5, 0], atol=0.01)
+
+
+def test_points_of_vtk():
+    support = pytest.importorskip("vtkmodules.util.numpy_support", reason="VTK's Python package is not installed (Debian: python3-vtk9)")
+    from vtkmodules.vtkCommonCore import vtkPoints
+    from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+    cloud, places = vtkPolyData(), vtkPoints()
+    places.SetData(support.numpy_to_vtk(ball_of_points(), deep=1))
+    cloud.SetPoints(places)
+    check_ball(quadwright.remesh(cloud, faces=300, wrap=0.1))

@@ -331,6 +331,16 @@ export class Session {
     return this.surface();
   }
 
+  /* Points without faces, three numbers a point, and attributes of theirs: option wrap makes a surface of them. */
+  takePoints(positions, { attributes = {} } = {}) {
+    const m = this.module;
+    multiple('positions', numbers('positions', positions, Float64Array), 3);
+    this.call('web_take_points', m.put(positions, Float64Array), positions.length / 3);
+    for (const [name, attribute] of Object.entries(attributes)) this.addAttribute(name, attribute);
+    this.marked = false;
+    return this.surface();
+  }
+
   takeArrays(positions, indices, { faceSize = 3, faceSizes = null, markedEdges = null, attributes = {} } = {}) {
     const m = this.module;
     multiple('positions', numbers('positions', positions, Float64Array), 3);
@@ -399,7 +409,7 @@ export class Session {
   }
 
   surface() {
-    return this.mesh(1);
+    return { ...this.mesh(1), points: Boolean(this.module.exports.web_is_points(this.pointer)) };
   }
 
   attributes(ofInput) {

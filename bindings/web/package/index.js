@@ -189,6 +189,13 @@ export class Remesher {
     this.#surface = transfer ? null : ['takeArrays', rest];
   }
 
+  /* Points without faces, three numbers a point, and attributes of theirs: a surface with the option wrap. */
+  async setPoints(positions, { attributes, signal } = {}) {
+    const rest = [positions, { attributes }];
+    await this.#call('takePoints', rest, { signal }, true);
+    this.#surface = ['takePoints', rest];
+  }
+
   remesh(options = {}, { signal, progress, log } = {}) {
     return this.#call('run', [options], { signal, progress, log });
   }

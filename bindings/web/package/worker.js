@@ -42,6 +42,7 @@ function hooksOf(id) {
 
 const calls = {
   takeFile: (id, bytes) => open().takeFile(bytes),
+  takePoints: (id, ...rest) => open().takePoints(...rest),
   takeArrays: (id, ...rest) => open().takeArrays(...rest),
   mark: (id, names) => session.mark(names),
   steer: (id, steering) => session.steer(steering),

@@ -154,6 +154,7 @@ const open = whileBusy(async (name, size, fetchBytes, more = {}, faces = 0) => {
   }
   if (more.sample && state.linkedGuides?.length && state.steering) (state.steering.guides = state.linkedGuides), state.steering.version++;
   state.linkedGuides = null;
+  if (state.surface.mesh.points) state.controls.values = { ...state.controls.values, wrap: true }; // they are no surface before
   state.tools?.show();
   $('sample').value = more.sample ?? '';
   setCount(faces || Math.min(MOST_DEFAULT, Math.max(LEAST_DEFAULT, roundly(state.surface.triangles / TRIANGLES_A_QUAD))));

@@ -382,6 +382,27 @@ test('attributes are carried over', async () => {
   assert.deepEqual([...new Set(attributes.side.values)].sort(), [0, 1]);
 });
 
+test('points without faces become a surface with wrap, and a value says which gaps it closes', async () => {
+  const points = [], count = 3000;
+  for (let i = 0; i < count; i++) {
+    const z = 1 - (2 * i + 1) / count, r = Math.sqrt(1 - z * z), a = i * 2.399963229728653;
+    points.push(r * Math.cos(a), r * Math.sin(a), z);
+  }
+  const remesher = new quadwright.Remesher();
+  try {
+    await remesher.setPoints(points);
+    await assert.rejects(remesher.remesh({ faces: 200 }), { status: 'NO_FACES' });
+    const result = await remesher.remesh({ faces: 200, wrap: 0.1 });
+    assert.equal(result.report.euler, 2);
+    const text = Array.from({ length: count }, (_, i) => points.slice(3 * i, 3 * i + 3).join(' ')).join('\n');
+    assert.equal((await remesher.load(new TextEncoder().encode(text))).points, true);
+    assert.equal((await remesher.remesh({ faces: 200, wrap: '2q' })).report.euler, 2);
+    await assert.rejects(remesher.remesh({ wrap: 'much' }), { status: 'OPTION' });
+  } finally {
+    remesher.close?.();
+  }
+});
+
 test('a BufferGeometry goes in and comes out', async () => {
   const three = await import(join(project, 'node_modules/three/build/three.module.js'));
   const { fromGeometry, toGeometry } = await import(join(project, 'node_modules/quadwright/three.js'));
