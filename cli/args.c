@@ -248,6 +248,13 @@ static qw_status parse_normals(parser *p, const char *value)
     return refuse(p, QW_ARGUMENT, "--normals must be input, none, smooth or split, not \"%.40s\"", value);
 }
 
+static qw_status parse_patches_from(parser *p, const char *value)
+{
+    p->out->blocks = same_text(value, "blocks", true);
+    if (p->out->blocks || same_text(value, "quads", true)) return QW_OK;
+    return refuse(p, QW_ARGUMENT, "--patches-from must be quads or blocks, not \"%.40s\"", value);
+}
+
 static qw_status parse_sharp(parser *p, const char *value)
 {
     bool marks = same_text(value, "marks", true);
@@ -324,6 +331,7 @@ static qw_status apply(parser *p, const qw_switch_row *row, const char *value)
     case SWITCH_PATCHES:
         out->patches = value;
         return qw_option_set(&out->options, "fit_to", "limit", p->message, p->message_size);
+    case SWITCH_PATCHES_FROM: return parse_patches_from(p, value);
     case SWITCH_SECOND_ORDER: out->second_order = true, out->options.subdivide = 1; break;
     case SWITCH_LEVELS: return parse_levels(p, value);
     case SWITCH_COARSE: out->coarse = value; break;

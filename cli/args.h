@@ -57,6 +57,7 @@ typedef struct qw_arguments {
     int64_t level_count;                        /* 0: one mesh, as the options say */
     bool second_order;                          /* remesh: elements with eight nodes */
     const char *patches;                        /* remesh: file for the limit surface as STEP; may be NULL */
+    bool blocks;                                /* remesh: of large patches */
     bool limit;                                 /* measure, render: the limit surface */
     const char *coarse;                         /* remesh: file for what was split; may be NULL */
     bool follow, lines;                         /* render: what is drawn of the quads */

@@ -207,11 +207,11 @@ static const topic topics[] = {
     {"size", "how many quads, and how large they are where",
      "faces vertices edge_length ratio adaptive density evenness", NULL, QW_COMMAND_HELP},
     {"shape", "what the quads follow",
-     "preset sharp keep follow smoothness loops fit align_boundary relax sharp_angle "
+     "preset sharp keep follow smoothness loops fit exact jacobian_min align_boundary relax sharp_angle "
      "sharp_marks keep_marks",
      NULL, QW_COMMAND_HELP},
-    {"levels", "levels of detail, subdivision, limit surfaces", "levels subdivide coarse fit_to limit patches", NULL,
-     QW_COMMAND_HELP},
+    {"levels", "levels of detail, subdivision, limit surfaces",
+     "levels subdivide coarse fit_to limit patches patches_from", NULL, QW_COMMAND_HELP},
     {"presets", "options that suit a kind of surface", "preset", put_presets, QW_COMMAND_HELP},
     {"symmetry", "both sides of a plane alike",
      "symmetry symmetry_follow symmetry_x symmetry_y symmetry_z symmetry_offset", NULL, QW_COMMAND_HELP},

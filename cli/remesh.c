@@ -156,7 +156,7 @@ static qw_status save_all(session *s)
     if (a->provenance) status = keep(s, qw_save_provenance(s->context, s->carried, s->carried_count, a->provenance));
     if (status == QW_OK && a->field_out) status = keep(s, qw_save_field(s->context, a->field_per, a->field_out));
     if (status == QW_OK && a->coarse) status = save_coarse(s);
-    if (status == QW_OK && a->patches) status = keep(s, qw_save_patches(s->context, a->patches));
+    if (status == QW_OK && a->patches) status = keep(s, qw_save_patches_from(s->context, a->patches, a->blocks));
     if (status == QW_OK && a->output) status = keep(s, save_result(s));
     return status;
 }

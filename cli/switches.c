@@ -92,6 +92,9 @@ static const qw_switch_row switches[] = {
      "write there the limit surface as STEP (AP214): a bicubic patch a quad, joined into one shell, a solid where it "
      "is "
      "closed; implies --fit limit"},
+    {SWITCH_PATCHES_FROM, REMESH, "patches-from", NULL, "quads|blocks", NULL, NULL,
+     "with --patches: a patch a quad, or few large ones: one for each block of quads between the lines that leave "
+     "irregular vertices straight on"},
     {SWITCH_COARSE, REMESH, "coarse", NULL, "FILE", NULL, NULL,
      "write there the quads that --subdivide has split: level 0 of the result"},
     {SWITCH_WIDTH, RENDER, "width", NULL, "N", NULL, NULL, "render: pixels across, 16 to 16384; 1600 unless given"},

@@ -164,11 +164,36 @@ static void what_follows_keeps_them(void **state)
     }
 }
 
+/* A wedge has corners that no move of vertices opens: they are counted, and said. */
+static void low_jacobians_are_reported(void **state)
+{
+    (void)state;
+    const part_point wedge[3] = {{0, 0, 0}, {40, 0, 0}, {40, 8, 0}};
+    part *p = part_upright(3, wedge, 10, 1);
+    qw_mesh_view view = part_view(p);
+    qw_result *result;
+    qw_options o;
+    qw_options_init(&o);
+    o.faces = 300, o.jacobian_min = 0.5;
+    assert_int_equal(qw_remesh(&view, &o, NULL, &result), QW_OK);
+    const qw_report *r = qw_result_report(result);
+    assert_true(r->low_jacobians > 0);
+    bool is_said = false;
+    for (uint32_t i = 0; i < r->warning_count; i++) is_said |= strstr(r->warnings[i], "scaled Jacobian") != NULL;
+    assert_true(is_said);
+    qw_result_destroy(result);
+    free(p);
+}
+
 QW_TEST_SUITE(exact)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(turned_parts),      cmocka_unit_test(upright_parts),           cmocka_unit_test(rows_are_even),
-        cmocka_unit_test(other_shapes_stay), cmocka_unit_test(what_follows_keeps_them),
+        cmocka_unit_test(low_jacobians_are_reported),
+        cmocka_unit_test(turned_parts),
+        cmocka_unit_test(upright_parts),
+        cmocka_unit_test(rows_are_even),
+        cmocka_unit_test(other_shapes_stay),
+        cmocka_unit_test(what_follows_keeps_them),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -7,6 +7,8 @@
 
 #include "limit/cage.h"
 #include "limit/fit_limit.h"
+#include "limit/jacobian.h"
+#include "limit/patch_blocks.h"
 #include "limit/patches.h"
 #include "limit/stencils.h"
 
@@ -236,9 +238,92 @@ static void patches_meet_at_their_edges(void **state)
     qw_env_destroy(env);
 }
 
+/* The points of blocks at their sides are those of the edges that they name; the quads are all there. */
+static void expect_blocks(qw_env *env, const qw_quadmesh *q, uint32_t blocks, uint32_t edges)
+{
+    double *at = QW_NEW(env, double, 3 * (size_t)q->vertex_count);
+    for (uint32_t i = 0; i < 3 * q->vertex_count; i++) at[i] = (double)(&q->position[i / 3].x)[i % 3];
+    qw_patches p = qw_make_patches(env, q, at);
+    const qw_patch_blocks *b = qw_join_patches(env, q, &p);
+    assert_non_null(b);
+    assert_int_equal(b->count, blocks);
+    assert_int_equal(b->edge_count, edges);
+    uint32_t quads = 0;
+    for (uint32_t f = 0; f < b->count; f++) {
+        uint32_t m = b->span[f][0], n = b->span[f][1], rows = 2 * m + 2, columns = 2 * n + 2;
+        const uint32_t *point = b->point + b->first[f];
+        quads += m * n;
+        assert_int_equal(b->first[f + 1] - b->first[f], rows * columns);
+        for (int k = 0; k < 4; k++) {
+            uint32_t first = b->edge_first[b->side[f][k]], count = b->edge_first[b->side[f][k] + 1] - first;
+            assert_int_equal(count, k % 2 ? columns : rows);
+            for (uint32_t i = 0; i < count; i++) {
+                uint32_t back = count - 1 - i,
+                         r = k == 0   ? i
+                             : k == 1 ? rows - 1
+                             : k == 2 ? back
+                                      : 0,
+                         c = k == 0   ? 0
+                             : k == 1 ? i
+                             : k == 2 ? columns - 1
+                                      : back;
+                assert_int_equal(point[r * columns + c], b->edge_point[first + (b->is_along[f][k] ? i : back)]);
+            }
+        }
+    }
+    assert_int_equal(quads, q->face_count);
+}
+
+static void patches_join_to_blocks(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_quadmesh sheet = unit_sheet(env, 5, 3), ring = unit_quads(env, 8, 3, true, false), torus;
+    expect_blocks(env, &sheet, 1, 4);
+    for (uint32_t h = 0; h < 4 * sheet.face_count; h++) { /* a sharp edge cuts it in two */
+        qw_vec3 a = sheet.position[sheet.corner[h]], b = sheet.position[sheet.corner[qw_quad_next(h)]];
+        if (fabsf(a.x - 0.4f) < 1e-6f && fabsf(b.x - 0.4f) < 1e-6f) sheet.mark[h] = QW_MARK_FEATURE;
+    }
+    expect_blocks(env, &sheet, 2, 7);
+    expect_blocks(env, &ring, 2, 6);
+    torus = unit_quads(env, 8, 5, true, true);
+    double *at = QW_NEW_ZERO(env, double, 3 * (size_t)torus.vertex_count);
+    qw_patches p = qw_make_patches(env, &torus, at);
+    assert_null(qw_join_patches(env, &torus, &p));
+    qw_env_destroy(env);
+}
+
+/* A vertex that was pulled over a neighbour goes back, a boundary's along the boundary; what is good stays. */
+static void bad_quads_are_raised(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_trimesh m = unit_grid(env, 12, 12, false, false);
+    qw_quadmesh q = unit_sheet(env, 6, 6);
+    const qw_curve_tree *curves = NULL;
+    qw_vec3 from[4] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}},
+            to[4] = {{1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 0}};
+    curves = qw_curve_tree_build(env, from, to, 4);
+    const qw_shape target = {qw_bvh_build(env, &m), curves, from, to, &m};
+    assert_int_equal(qw_raise_jacobians(env, &q, &target, NULL, 0.3f), 0);
+    q.position[2 * 7 + 2].x += 0.15f, q.position[2 * 7 + 2].y += 0.15f; /* nearly onto the next */
+    q.position[4].x += 0.16f;
+    uint32_t low = 0;
+    for (uint32_t f = 0; f < q.face_count; f++) low += qw_scaled_jacobian(q.position, q.corner + 4 * f) < 0.3f;
+    assert_true(low > 1);
+    qw_vec3 far_off = q.position[5 * 7 + 5];
+    assert_int_equal(qw_raise_jacobians(env, &q, &target, NULL, 0.3f), low);
+    for (uint32_t f = 0; f < q.face_count; f++) assert_true(qw_scaled_jacobian(q.position, q.corner + 4 * f) >= 0.3f);
+    assert_true(q.position[4].y == 0);
+    assert_memory_equal(&far_off, &q.position[5 * 7 + 5], sizeof far_off);
+    qw_env_destroy(env);
+}
+
 QW_TEST_SUITE(limit)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(bad_quads_are_raised),
+        cmocka_unit_test(patches_join_to_blocks),
         cmocka_unit_test(rows_sum_to_one),
         cmocka_unit_test(splits_keep_the_topology),
         cmocka_unit_test(planes_stay),

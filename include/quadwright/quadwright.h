@@ -595,6 +595,10 @@ QW_API qw_status qw_save_second_order(qw_context *context, const qw_attribute *a
    their edges; closed components are solids. Best with fit_to limit. QW_ARGUMENT where polygons of the input were left
    out. */
 QW_API qw_status qw_save_patches(qw_context *context, const char *path);
+/* The same with large patches: the lines that leave irregular vertices straight on, and sharp edges, cut the quads into
+   blocks, each of which is one B-spline surface. Of quads where these are no grids. */
+typedef enum { QW_PATCHES_OF_QUADS, QW_PATCHES_OF_BLOCKS } qw_patches_from;
+QW_API qw_status qw_save_patches_from(qw_context *context, const char *path, qw_patches_from from);
 /* Where the result lies on the input, as JSON where the path ends in .json, else binary: docs/attributes.md. Faces in
    the order in which qw_save_with writes them with these attributes (NULL, 0: in their own). */
 QW_API qw_status qw_save_provenance(qw_context *context, const qw_attribute *attributes, uint32_t count,

@@ -4,6 +4,7 @@
 #include "base/view.h"
 #include "core/rims.h"
 #include "limit/cage.h"
+#include "limit/patch_blocks.h"
 #include "limit/patches.h"
 
 #include <string.h>
@@ -54,6 +55,7 @@ qw_status qw_limit(const qw_mesh_view *cage, uint32_t times, const qw_host *host
 typedef struct patches_call {
     qw_context_state *c;
     const char *path;
+    bool blocks;
 } patches_call;
 
 static void save_patches(void *user)
@@ -64,8 +66,9 @@ static void save_patches(void *user)
     if (run->joined.face_count > 0)
         qw_fail(call->c->env, QW_ARGUMENT, -1, "patches are of quads alone: polygons of the input were left out");
     qw_scope_begin(call->c->env);
-    qw_patches patches = qw_make_patches(call->c->env, is_split ? &run->coarse : &run->finished,
-                                         is_split ? run->coarse_output : run->output);
+    const qw_quadmesh *quads = is_split ? &run->coarse : &run->finished;
+    qw_patches patches = qw_make_patches(call->c->env, quads, is_split ? run->coarse_output : run->output);
+    if (call->blocks) patches.blocks = qw_join_patches(call->c->env, quads, &patches);
     qw_file *file = qw_file_begin(call->c->env, call->path);
     qw_put_step(call->c->env, file, &patches);
     qw_file_finish(file);
@@ -74,11 +77,16 @@ static void save_patches(void *user)
 
 qw_status qw_save_patches(qw_context *context, const char *path)
 {
+    return qw_save_patches_from(context, path, QW_PATCHES_OF_QUADS);
+}
+
+qw_status qw_save_patches_from(qw_context *context, const char *path, qw_patches_from from)
+{
     if (!context) return QW_ARGUMENT;
     if (!path || !path[0]) return qw_refuse(context, QW_ARGUMENT, "there is no path to write to");
     if (context->state.done < QW_STAGE_COUNT)
         return qw_refuse(context, QW_NOT_READY, "the last stage has not finished yet: there are no patches to save");
-    patches_call call = {&context->state, path};
+    patches_call call = {&context->state, path, from == QW_PATCHES_OF_BLOCKS};
     return qw_done(context, qw_protect(context->state.env, save_patches, &call));
 }
 

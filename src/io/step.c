@@ -101,12 +101,85 @@ static void put_edges(step *s)
                      s->vertices + s->p->edge[e][3], curves + e);
 }
 
+/* ---- blocks */
+
+/* Multiplicities and knots of `count` cubics that meet with one tangent. */
+static void put_knots(step *s, uint32_t count)
+{
+    for (uint32_t k = 0; k <= count; k++) qw_pen_print(&s->pen, "%s%d", k ? "," : "(", k == 0 || k == count ? 4 : 2);
+    qw_pen_text(&s->pen, ")");
+}
+
+static void put_knot_values(step *s, uint32_t count)
+{
+    for (uint32_t k = 0; k <= count; k++) qw_pen_print(&s->pen, "%s%u.", k ? "," : "(", k);
+    qw_pen_text(&s->pen, ")");
+}
+
+static void put_references(step *s, const uint32_t *point, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++, flush(s, FLUSH))
+        qw_pen_print(&s->pen, "%s#%u", i ? "," : "(", s->points + point[i]);
+    qw_pen_text(&s->pen, ")");
+}
+
+static void put_long_edges(step *s)
+{
+    const qw_patch_blocks *b = s->p->blocks;
+    uint32_t curves = s->next;
+    for (uint32_t e = 0; e < b->edge_count; e++, flush(s, FLUSH)) {
+        uint32_t first = b->edge_first[e], count = b->edge_first[e + 1] - first;
+        qw_pen_print(&s->pen, "#%u=B_SPLINE_CURVE_WITH_KNOTS('',3,", s->next++);
+        put_references(s, b->edge_point + first, count);
+        qw_pen_text(&s->pen, ",.UNSPECIFIED.,.F.,.F.,");
+        put_knots(s, count / 2 - 1), qw_pen_text(&s->pen, ","), put_knot_values(s, count / 2 - 1);
+        qw_pen_text(&s->pen, ",.UNSPECIFIED.);\n");
+    }
+    s->edges = s->next;
+    for (uint32_t e = 0; e < b->edge_count; e++, flush(s, FLUSH))
+        qw_pen_print(&s->pen, "#%u=EDGE_CURVE('',#%u,#%u,#%u,.T.);\n", s->next++,
+                     s->vertices + b->edge_point[b->edge_first[e]],
+                     s->vertices + b->edge_point[b->edge_first[e + 1] - 1], curves + e);
+}
+
+/* The loop around a face and the face itself, after its surface. */
+static void put_loop(step *s, uint32_t surface, const uint32_t side[4], const uint8_t is_along[4])
+{
+    uint32_t sides = surface + 1, loop = surface + 5;
+    for (uint32_t k = 0; k < 4; k++)
+        qw_pen_print(&s->pen, "#%u=ORIENTED_EDGE('',*,*,#%u,%s);\n", sides + k, s->edges + side[k],
+                     is_along[k] ? ".T." : ".F.");
+    qw_pen_print(&s->pen, "#%u=EDGE_LOOP('',(#%u,#%u,#%u,#%u));\n", loop, sides, sides + 1, sides + 2, sides + 3);
+    qw_pen_print(&s->pen, "#%u=FACE_OUTER_BOUND('',#%u,.T.);\n#%u=ADVANCED_FACE('',(#%u),#%u,.T.);\n", loop + 1, loop,
+                 loop + 2, loop + 1, surface);
+    s->next = loop + 3;
+    flush(s, FLUSH);
+}
+
+static void put_block(step *s, uint32_t f)
+{
+    const qw_patch_blocks *b = s->p->blocks;
+    uint32_t surface = s->next, m = b->span[f][0], n = b->span[f][1], columns = 2 * n + 2;
+    qw_pen_print(&s->pen, "#%u=B_SPLINE_SURFACE_WITH_KNOTS('',3,3,", surface);
+    for (uint32_t r = 0; r < 2 * m + 2; r++) {
+        qw_pen_text(&s->pen, r ? "," : "(");
+        put_references(s, b->point + b->first[f] + (size_t)r * columns, columns);
+    }
+    qw_pen_text(&s->pen, "),.UNSPECIFIED.,.F.,.F.,.F.,");
+    put_knots(s, m), qw_pen_text(&s->pen, ","), put_knots(s, n), qw_pen_text(&s->pen, ",");
+    put_knot_values(s, m), qw_pen_text(&s->pen, ","), put_knot_values(s, n);
+    qw_pen_text(&s->pen, ",.UNSPECIFIED.);\n");
+    put_loop(s, surface, b->side[f], b->is_along[f]);
+}
+
+/* ---- a face a quad */
+
 /* Each face has eight entities, of which it is the last. */
 enum { PER_FACE = 8 };
 
 static void put_face(step *s, uint32_t f)
 {
-    uint32_t surface = s->next, sides = surface + 1, loop = surface + 5;
+    uint32_t surface = s->next;
     qw_pen_print(&s->pen, "#%u=B_SPLINE_SURFACE_WITH_KNOTS('',3,3,(", surface);
     for (int i = 0; i < 4; i++) {
         const uint32_t *c = s->p->face[f] + 4 * i;
@@ -114,14 +187,7 @@ static void put_face(step *s, uint32_t f)
                      s->points + c[3]);
     }
     qw_pen_text(&s->pen, "),.UNSPECIFIED.,.F.,.F.,.F.,(4,4),(4,4),(0.,1.),(0.,1.),.UNSPECIFIED.);\n");
-    for (uint32_t k = 0; k < 4; k++)
-        qw_pen_print(&s->pen, "#%u=ORIENTED_EDGE('',*,*,#%u,%s);\n", sides + k, s->edges + s->p->side[f][k],
-                     s->p->is_along[f][k] ? ".T." : ".F.");
-    qw_pen_print(&s->pen, "#%u=EDGE_LOOP('',(#%u,#%u,#%u,#%u));\n", loop, sides, sides + 1, sides + 2, sides + 3);
-    qw_pen_print(&s->pen, "#%u=FACE_OUTER_BOUND('',#%u,.T.);\n#%u=ADVANCED_FACE('',(#%u),#%u,.T.);\n", loop + 1, loop,
-                 loop + 2, loop + 1, surface);
-    s->next = loop + 3;
-    flush(s, FLUSH);
+    put_loop(s, surface, s->p->side[f], s->p->is_along[f]);
 }
 
 static void put_shells(step *s)
@@ -130,8 +196,9 @@ static void put_shells(step *s)
     for (uint32_t c = 0; c < s->p->shell_count; c++) {
         bool is_closed = s->p->is_closed[c], has_one = false;
         qw_pen_print(&s->pen, "#%u=%s('',(", s->next, is_closed ? "CLOSED_SHELL" : "OPEN_SHELL");
-        for (uint32_t f = 0; f < s->p->face_count; f++) {
-            if (s->p->shell[f] != c) continue;
+        const qw_patch_blocks *b = s->p->blocks;
+        for (uint32_t f = 0; f < (b ? b->count : s->p->face_count); f++) {
+            if ((b ? b->shell : s->p->shell)[f] != c) continue;
             qw_pen_print(&s->pen, has_one ? ",#%u" : "#%u", s->faces + PER_FACE * f + PER_FACE - 1);
             has_one = true;
             flush(s, FLUSH);
@@ -158,9 +225,11 @@ void qw_put_step(qw_env *env, qw_file *file, const qw_patches *patches)
     step s = {.env = env, .file = file, .pen = {.env = env}, .p = patches};
     put_head(&s);
     put_points(&s);
-    put_edges(&s);
+    if (patches->blocks) put_long_edges(&s);
+    else put_edges(&s);
     s.faces = s.next;
-    for (uint32_t f = 0; f < patches->face_count; f++) put_face(&s, f);
+    for (uint32_t f = 0; patches->blocks && f < patches->blocks->count; f++) put_block(&s, f);
+    for (uint32_t f = 0; !patches->blocks && f < patches->face_count; f++) put_face(&s, f);
     put_shells(&s);
     put_representation(&s);
     flush(&s, 1);

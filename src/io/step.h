@@ -4,6 +4,18 @@
 
 #include "io/file.h"
 
+/* Grids of patches as one bicubic B-spline surface each, whose cubics meet with one tangent: of what would be
+   (3 m + 1) by (3 n + 1) Bezier points the ends of cubics inside are left out, the means of those beside them. */
+typedef struct qw_patch_blocks {
+    uint32_t count, edge_count;
+    uint32_t *edge_first, *edge_point; /* points of each edge: edge_point[edge_first[e] .. edge_first[e + 1]) */
+    size_t *first;                     /* size_t[count + 1] */
+    uint32_t *point;                   /* of block b: point[first[b] ...], 2 m + 2 rows of 2 n + 2 */
+    uint32_t (*span)[2], (*side)[4];   /* m, n; edges around */
+    uint8_t (*is_along)[4];
+    uint32_t *shell; /* uint32_t[count] */
+} qw_patch_blocks;
+
 /* Bezier patches over quads. Points are shared: the four of an edge by the patches on both of its sides. */
 typedef struct qw_patches {
     uint32_t point_count, vertex_count, edge_count, face_count, shell_count;
@@ -14,7 +26,8 @@ typedef struct qw_patches {
     const uint8_t (*is_along)[4]; /* uint8_t[face_count][4]: 1: the face goes along the edge, 0: against it */
     const uint32_t *shell;        /* uint32_t[face_count] */
     const uint8_t *is_closed;     /* uint8_t[shell_count] */
-    double tolerance;             /* how far what is said to meet may be apart, in the units of the points */
+    const qw_patch_blocks *blocks; /* NULL: a face a quad */
+    double tolerance;              /* how far what is said to meet may be apart, in the units of the points */
 } qw_patches;
 
 /* Closed shells are solids, others surface models. */

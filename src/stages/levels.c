@@ -9,12 +9,14 @@
 #include "demand/asked.h"
 #include "limit/cage.h"
 #include "limit/fit_limit.h"
+#include "limit/jacobian.h"
 #include "limit/stencils.h"
 #include "quad/fit.h"
 #include "symmetry/half.h"
 
 #include <assert.h>
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 /* The quads of the result while they are fitted and split. */
@@ -136,6 +138,44 @@ static void fit_limit(leveling *l)
     qw_fit_limit(run->env, &l->quads, &fit);
 }
 
+static uint32_t count_low(const qw_run_state *run)
+{
+    const qw_quadmesh *q = &run->finished;
+    uint32_t low = 0;
+    for (uint32_t f = 0; f < q->face_count; f++)
+        low += qw_scaled_jacobian(q->position, q->corner + 4 * (size_t)f) < (float)run->options.jacobian_min;
+    return low;
+}
+
+/* Not for quads whose limit surface is what lies near. */
+static void raise_jacobians(leveling *l)
+{
+    qw_run_state *run = l->run;
+    if (run->options.jacobian_min == 0 || qw_fits_limit(run)) return;
+    uint32_t low = count_low(run);
+    if (low == 0) return;
+    l->quads = run->finished;
+    find_components(l);
+    qw_raise_jacobians(run->env, &l->quads, &l->shape, l->stays, (float)run->options.jacobian_min);
+    run->output = write_positions(l);
+    run->finished = l->quads;
+    qw_make_exact(run, false, false);
+    l->quads = run->finished;
+    uint32_t left = count_low(run);
+    if (left < low) run->report->raised_jacobians += low - left;
+}
+
+static void report_low(qw_run_state *run)
+{
+    char text[sizeof run->report->warnings[0]];
+    qw_report *r = run->report;
+    r->low_jacobians = run->options.jacobian_min > 0 ? count_low(run) : 0;
+    if (r->low_jacobians == 0) return;
+    snprintf(text, sizeof text, "%lld quad%s a scaled Jacobian below %g, and no move of vertices mends that",
+             (long long)r->low_jacobians, r->low_jacobians == 1 ? " has" : "s have", run->options.jacobian_min);
+    qw_warn_once(run, text);
+}
+
 /* ---- splitting */
 
 /* The quads, their reflections and the vertices that stay, each quad split in four. */
@@ -198,28 +238,23 @@ void qw_require_levels(const qw_run_state *run)
 
 bool qw_fits_limit(const qw_run_state *run) { return run->options.fit_to == QW_FIT_TO_LIMIT && run->options.fit > 0; }
 
-void qw_make_levels(qw_run_state *run)
+/* What is asked for of the quads as they are, then of those that they are split into. */
+static void make_levels(qw_run_state *run, bool splits)
 {
-    bool fits = qw_fits_limit(run), splits = run->options.subdivide > 0;
-    run->coarse = (qw_quadmesh){.position = QW_NEW(run->env, qw_vec3, 0),
-                                .corner = QW_NEW(run->env, uint32_t, 0),
-                                .twin = QW_NEW(run->env, uint32_t, 0)};
-    run->coarse_output = NULL;
-    run->creases = NULL, run->crease_count = 0;
-    run->report->coarse_faces = 0;
-    if ((!fits && !splits) || run->finished.face_count == 0) return;
     qw_require_levels(run);
     leveling l = {.run = run, .quads = run->finished, .reflected = run->reflected, .source = run->source};
     take_surface(&l);
     find_components(&l);
     mark_staying(&l);
+    run->finished = l.quads; /* with its components */
+    raise_jacobians(&l);
     fit_limit(&l);
-    if (fits) {
+    if (qw_fits_limit(run)) {
         run->output = write_positions(&l);
         run->creases = qw_list_creases(run->env, &l.quads, &run->crease_count);
+        run->finished = l.quads;
+        qw_make_exact(run, true, false);
     }
-    run->finished = l.quads;
-    if (fits) qw_make_exact(run, true, false);
     if (!splits) return;
     l.quads = run->finished;
     run->coarse = l.quads, run->coarse_output = run->output;
@@ -228,4 +263,18 @@ void qw_make_levels(qw_run_state *run)
     run->output = write_positions(&l);
     run->finished = l.quads, run->reflected = l.reflected, run->source = l.source;
     qw_make_exact(run, false, false);
+    raise_jacobians(&l);
+}
+
+void qw_make_levels(qw_run_state *run)
+{
+    bool fits = qw_fits_limit(run), splits = run->options.subdivide > 0;
+    run->coarse = (qw_quadmesh){.position = QW_NEW(run->env, qw_vec3, 0),
+                                .corner = QW_NEW(run->env, uint32_t, 0),
+                                .twin = QW_NEW(run->env, uint32_t, 0)};
+    run->coarse_output = NULL;
+    run->creases = NULL, run->crease_count = 0;
+    run->report->coarse_faces = run->report->raised_jacobians = 0;
+    if ((fits || splits || run->options.jacobian_min > 0) && run->finished.face_count > 0) make_levels(run, splits);
+    report_low(run);
 }

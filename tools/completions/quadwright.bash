@@ -8,6 +8,7 @@ _quadwright() {
     --field-per) words="vertex face " ;;
     --bake) words="input all color,normal,orm,emission,occlusion,height " ;;
     --normals) words="input none smooth split " ;;
+    --patches-from) words="quads blocks " ;;
     --sharp) words="auto none marks ANGLE " ;;
     --flow) words="mf mf-mr mcf mcf-mr ilp closed " ;;
     --cost) words="plain geometric " ;;
@@ -18,7 +19,7 @@ _quadwright() {
   esac
   if [[ -n $words ]]; then :
   elif [[ $current == -* ]]; then
-    words="--input --output --out --jobs --shard --retry --force --force --format --json --json --provenance --keep --density --field-in --field-out --field-per --guides --region --unwrap --bake --no-attributes --normals --against --visible --limit --levels --second-order --patches --coarse --width --height --views --color --lines --chord --azimuth --elevation --dump-stage --from-stage --preset --sharp --memory-limit --time-limit --quiet --verbose --help --version --faces --vertices --edge-length --ratio --min-component --outward --no-outward --sharp-angle --sharp-marks --no-sharp-marks --align-boundary --no-align-boundary --adaptive --follow --smoothness --flow --cost --sat --no-sat --relax --no-relax --evenness --repair --no-repair --seed --threads --keep-marks --no-keep-marks --symmetry --symmetry-follow --no-symmetry-follow --symmetry-x --symmetry-y --symmetry-z --symmetry-offset --loops --fix-boundary --no-fix-boundary --fit --fit-to --exact --no-exact --subdivide --region-rim --fill-holes --wrap --no-wrap --wrap-distance --wrap-quads --fast --texture --margin --tiles --texel-density --stretch --samples --cage "
+    words="--input --output --out --jobs --shard --retry --force --force --format --json --json --provenance --keep --density --field-in --field-out --field-per --guides --region --unwrap --bake --no-attributes --normals --against --visible --limit --levels --second-order --patches --patches-from --coarse --width --height --views --color --lines --chord --azimuth --elevation --dump-stage --from-stage --preset --sharp --memory-limit --time-limit --quiet --verbose --help --version --faces --vertices --edge-length --ratio --min-component --outward --no-outward --sharp-angle --sharp-marks --no-sharp-marks --align-boundary --no-align-boundary --adaptive --follow --smoothness --flow --cost --sat --no-sat --relax --no-relax --evenness --repair --no-repair --seed --threads --keep-marks --no-keep-marks --symmetry --symmetry-follow --no-symmetry-follow --symmetry-x --symmetry-y --symmetry-z --symmetry-offset --loops --fix-boundary --no-fix-boundary --fit --fit-to --exact --no-exact --jacobian-min --subdivide --region-rim --fill-holes --wrap --no-wrap --wrap-distance --wrap-quads --fast --texture --margin --tiles --texel-density --stretch --samples --cage "
   elif [[ $COMP_CWORD -eq 1 ]]; then
     words="remesh asset measure render batch options help "
   fi
