@@ -8,7 +8,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { CHORD_ROUNDS = 64, MAX_VALENCE = 64 };
+enum { CHORD_ROUNDS = 64 };
 /* Each trial removal of a chord costs time in proportion to the mesh. MOST_TRIES: chords tried for one removal;
    MOST_REMOVED: removals, and as many fewer in a large mesh as QUADS_LOOKED_AT says (quads, over all removals):
    single quads are removed there instead (simplify.h). */
@@ -248,64 +248,6 @@ qw_quadmesh qw_remove_chords(qw_env *env, const qw_quadmesh *mesh, const qw_want
     return m;
 }
 
-/* ---- vertices */
-
-/* Two edges at a vertex, half of its fan apart, along which it can be split: the pair with the largest sum of lengths
-   whose far ends have not changed yet. Returns the first one's index in the fan, or n where there is no pair. */
-static uint32_t best_cut(const qw_quadmesh *m, const uint32_t *fan, uint32_t n, const uint8_t *touched)
-{
-    assert(n >= 4 && n <= MAX_VALENCE);
-    uint32_t best = n;
-    float longest = -1;
-    for (uint32_t i = 0; i + n / 2 < n; i++) {
-        uint32_t p = fan[i], q = fan[i + n / 2], b = m->corner[qw_quad_next(p)], d = m->corner[qw_quad_next(q)];
-        float l = edge_length(m, p) + edge_length(m, q);
-        if (m->mark[p] || m->mark[q] || b == d || touched[b] || touched[d] || l <= longest) continue;
-        longest = l, best = i;
-    }
-    return best;
-}
-
-/* Splits the vertex that half-edge `first` leaves in two, each with half of its fan, and puts a new quad between. */
-static bool split_vertex(qw_quadmesh *m, uint32_t first, uint8_t *touched)
-{
-    assert(first < 4 * m->face_count);
-    bool open;
-    uint32_t v = m->corner[first], n = qw_quad_valence(m, first, &open), fan[MAX_VALENCE];
-    if (n < 4 || n > MAX_VALENCE || open || m->kind[v] || touched[v]) return false;
-    fan[0] = first;
-    for (uint32_t i = 1; i < n; i++) fan[i] = qw_quad_around(m, fan[i - 1]);
-    uint32_t cut = best_cut(m, fan, n, touched);
-    if (cut == n) return false;
-    uint32_t f = qw_quad_split_vertex(m, fan, n, cut, n / 2);
-    for (uint32_t i = 0; i < 4; i++) touched[m->corner[4 * f + i]] = 1;
-    return true;
-}
-
-/* Splits up to `wanted` vertices, those with the longest edges first, no two of them neighbours. Returns how many. */
-static int64_t split_vertices(qw_env *env, qw_quadmesh *m, int64_t wanted)
-{
-    qw_scope_begin(env);
-    uint32_t n = m->vertex_count, most = (uint32_t)fmin((double)wanted, n), added = 0;
-    qw_quad_edit e = qw_quad_edit_open(env, m);
-    uint64_t *keys = QW_NEW(env, uint64_t, n);
-    float *length = QW_NEW_ZERO(env, float, n);
-    uint8_t *touched = QW_NEW_ZERO(env, uint8_t, (size_t)n + most);
-    for (uint32_t h = 0; h < 4 * m->face_count; h++) length[m->corner[h]] += edge_length(m, h);
-    for (uint32_t v = 0; v < n; v++) keys[v] = key_of(length[v], v);
-    qw_sort_u64(keys, n);
-    qw_quad_edit_reserve(&e, most);
-    qw_quadmesh *q = &e.mesh;
-    for (uint32_t i = 0; i < n && added < most; i++) {
-        uint32_t first = e.out[(uint32_t)keys[i]];
-        if (first != QW_NONE) added += split_vertex(q, first, touched);
-    }
-    qw_quad_edit_keep(&e);
-    qw_scope_end(env);
-    *m = e.mesh;
-    return added;
-}
-
 /* ---- pairs of quads */
 
 /* The hexagon of the two quads at an edge, from the edge's head around; the edge joins 0 and 3. Three quads about a
@@ -408,7 +350,6 @@ qw_quadmesh qw_add_quads(qw_env *env, const qw_quadmesh *mesh, int64_t least, in
     qw_quadmesh m = copy.mesh;
     for (int round = 0; round < CHORD_ROUNDS && m.face_count < least; round++)
         if (split_widest(env, &m, most - m.face_count) == 0) break;
-    while (m.face_count < least && split_vertices(env, &m, least - m.face_count) > 0) continue;
     while (m.face_count < least && split_pairs(env, &m, least - m.face_count) > 0) continue;
     copy.mesh = m;
     qw_quad_edit_keep(&copy);

@@ -7,8 +7,8 @@
 #include "quad/wanted.h"
 
 /* A new mesh in the current scope, of at least `least` quads and, if it has fewer now, of at most `most` (>= least).
-   Whole chords are split as long as one fits, the longest edges first; then vertices, which
-   adds a quad each; then pairs of quads become three. There may be fewer where nothing is left to split. */
+   Whole chords are split as long as one fits, the longest edges first; then pairs of
+   quads become three. There may be fewer where nothing is left to split. */
 qw_quadmesh qw_add_quads(qw_env *env, const qw_quadmesh *mesh, int64_t least, int64_t most);
 
 /* A new mesh in the current scope, with fewer chords as long as there are more than `most` quads and at least `least`

@@ -238,7 +238,10 @@ static void go_on_with(qw_context_state *c, qw_stage stage, uint32_t attempt, co
         if (c->candidate[slot].attempt == attempt) take_candidate(c, slot);
     assert(c->history.current == attempt);
     if (stage == QW_STAGE_RELAX) {
-        if (j->verdict.is_composed) c->run.relaxed = j->composed, c->run.flipped = j->composed_flipped;
+        if (j->verdict.is_composed) {
+            c->report.count_rounds = (int64_t)j->composed.face_count - c->run.relaxed.face_count;
+            c->run.relaxed = j->composed, c->run.flipped = j->composed_flipped;
+        }
         qw_rounds_drop(&c->rounds);
     }
     for (uint32_t slot = 0; slot < QW_ASIDE_SLOTS; slot++)
@@ -313,6 +316,7 @@ static void describe_result(qw_run_state *run)
     qw_scope_end(run->env);
     run->report->angle_rms = quality.angle_rms, run->report->area_cv = quality.area_cv,
     run->report->mean_edge = quality.mean_edge;
+    run->report->count_assembled = run->report->topology.faces - run->fitted.face_count;
 }
 
 static void call_stage(void *user)

@@ -134,12 +134,13 @@ static qw_wanted wanted_of(const qw_run_state *run)
     return (qw_wanted){working, size, qw_bvh_build(run->env, working)};
 }
 
-/* wanted: NULL: the same everywhere. */
+/* wanted: NULL: the same everywhere. *chords: quads that whole rows had. */
 static qw_quadmesh fewer_quads(const qw_run_state *run, const qw_quadmesh *quads, const qw_wanted *wanted,
-                               int64_t least, int64_t most)
+                               int64_t least, int64_t most, int64_t *chords)
 {
     qw_simplify_counts moves = {0};
     qw_quadmesh fewer = qw_remove_chords(run->env, quads, wanted, least, most);
+    *chords = (int64_t)quads->face_count - fewer.face_count;
     return qw_simplify_quads(run->env, &fewer, wanted, least, most, run->faces_wanted < run->core.needed, &moves);
 }
 
@@ -150,8 +151,15 @@ qw_quadmesh qw_fit_count(qw_run_state *run, const qw_quadmesh *quads)
             most = qw_most_faces(possible, QW_FIT_MARGIN, qw_times_used(run));
     qw_quadmesh fitted = *quads;
     if (qw_is_near_count(wanted, fitted.face_count, qw_times_used(run))) return fitted;
-    if (fitted.face_count > most) fitted = fewer_quads(run, quads, NULL, least, most);
-    else if (fitted.face_count < wanted) fitted = qw_add_quads(run->env, quads, least, most);
+    if (fitted.face_count > most) {
+        int64_t chords;
+        fitted = fewer_quads(run, quads, NULL, least, most, &chords);
+        run->report->count_chords_removed = -chords;
+        run->report->count_quads_removed = (int64_t)fitted.face_count - quads->face_count + chords;
+    } else if (fitted.face_count < wanted) {
+        fitted = qw_add_quads(run->env, quads, least, most);
+        run->report->count_added = (int64_t)fitted.face_count - quads->face_count;
+    }
     if (!qw_is_near_count(wanted, fitted.face_count, qw_times_used(run)) && fitted.face_count > wanted)
         qw_warn(run, "so few faces cannot carry the surface's parts, handles and sharp edges: there are more");
     return fitted;
@@ -255,8 +263,8 @@ static uint32_t grow(const qw_run_state *run, const qw_quadmesh *quads, bool mar
     qw_quadmesh from = *quads, grown = from;
     uint32_t count = extrude(run, marked, tips, lost, most, &grown);
     for (int i = 0; i < ROOM_ROUNDS && count > 0 && grown.face_count > most; i++) {
-        int64_t added = grown.face_count - from.face_count;
-        from = fewer_quads(run, quads, &wanted, least - added, most - added);
+        int64_t added = grown.face_count - from.face_count, chords;
+        from = fewer_quads(run, quads, &wanted, least - added, most - added, &chords);
         from = qw_relax(run, &from, NULL, flipped);
         grown = from;
         int64_t room = i + 1 < ROOM_ROUNDS ? most : most - from.face_count;

@@ -105,6 +105,7 @@ void qw_stage_FINISH(qw_run_state *run)
         check_topology(&f);
     }
     run->fitted = f.quads;
+    run->report->count_finished = (int64_t)f.quads.face_count - run->relaxed.face_count;
     qw_trimesh working = qw_parted_working(run);
     run->report->size_cv = qw_size_deviation(run->env, &f.quads, &working, run->size);
     qw_report_lost_edges(run, &f.quads);

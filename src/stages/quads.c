@@ -28,6 +28,7 @@ void qw_stage_POSITIONS(qw_run_state *run)
                                            run->options.relax ? ROUGHLY_EMBEDDED : EMBEDDED, &c);
     for (uint32_t v = 0; v < x->quads.vertex_count; v++) run->embedded.position[v] = position[x->vertex_class[v]];
     qw_free(run->env, position);
+    run->report->count_integers = run->embedded.face_count;
     run->report->least_squares_iterations = c.iterations;
     run->report->least_squares_residual = c.residual;
 }
@@ -44,6 +45,7 @@ void qw_stage_REPAIR(qw_run_state *run)
                                         : run->embedded;
     run->topology_kept = qw_check_topology(run->env, &run->repaired, &run->working.mesh).broken_count == 0;
     run->report->repaired_doublets = c.doublets;
+    run->report->count_repaired = (int64_t)run->repaired.face_count - run->embedded.face_count;
 }
 
 /* Rebuilds components that lost their topology from their triangles. */
@@ -66,18 +68,24 @@ void qw_stage_SIMPLIFY(qw_run_state *run)
     int64_t least =
         (int64_t)(run->faces_wanted * (1 - REPAIR_SHARE * qw_count_tolerance(run->faces_wanted, qw_times_used(run))));
     run->simplified = run->repaired;
-    run->report->fallback_components = 0;
+    qw_report *r = run->report;
+    r->fallback_components = r->count_rebuilt = r->count_simplified = r->count_cut = 0;
     if (run->options.repair) {
         qw_quadmesh whole = rebuild_broken(run);
         run->simplified = qw_simplify_quads(run->env, &whole, NULL, least, INT64_MAX, false, &moves);
+        r->count_rebuilt = (int64_t)whole.face_count - run->repaired.face_count;
+        r->count_simplified = (int64_t)run->simplified.face_count - whole.face_count;
         const uint8_t *sewn;
         if (run->mirror.is_used) run->simplified = qw_split_at_cut(run, &run->simplified, &sewn);
+        r->count_cut = (int64_t)run->simplified.face_count - whole.face_count - r->count_simplified;
     }
-    run->report->repaired_pairs = moves.collapses + moves.rotations;
+    r->repaired_pairs = moves.collapses + moves.rotations;
 }
 
 void qw_stage_RELAX(qw_run_state *run)
 {
+    qw_report *r = run->report;
+    r->count_chords_removed = r->count_quads_removed = r->count_added = r->count_rounds = 0;
     qw_quadmesh quads = run->options.repair ? qw_fit_count(run, &run->simplified) : run->simplified;
     run->grown = 0;
     if (run->options.relax) {
@@ -87,5 +95,6 @@ void qw_stage_RELAX(qw_run_state *run)
         run->relaxed = quads;
         run->flipped = QW_NEW_ZERO(run->env, uint8_t, quads.face_count);
     }
-    run->report->grown_protrusions = run->grown;
+    r->grown_protrusions = run->grown;
+    r->count_grown = (int64_t)run->relaxed.face_count - quads.face_count;
 }
