@@ -467,6 +467,26 @@ static void test_sheets_keep_sides(void **unused)
     soup_free(&s);
 }
 
+/* Too many quads for a wrap by their size: the sentence says so, and what would do does. */
+static void test_too_many_quads(void **unused)
+{
+    (void)unused;
+    static const double here[3] = {0, 0, 0};
+    soup s = {0};
+    soup_box(&s, here, 0.5, 0.5, 0.5, 0, 63);
+    qw_mesh_view view = view_of(&s);
+    qw_options o;
+    qw_result *result;
+    qw_options_init(&o);
+    o.wrap = 1, o.faces = 20000000;
+    assert_int_equal(qw_remesh(&view, &o, NULL, &result), QW_TOO_LARGE);
+    const char *value = strstr(qw_result_message(result), "wrap=0.00");
+    assert_non_null(strstr(qw_result_message(result), "so many quads"));
+    assert_non_null(value);
+    qw_result_destroy(result);
+    soup_free(&s);
+}
+
 /* Another count in the same context gives the bytes of a fresh run: the skin depends on it. */
 static void test_contexts(void **unused)
 {
@@ -710,6 +730,7 @@ QW_TEST_SUITE(wrap)
         cmocka_unit_test(test_points),
         cmocka_unit_test(test_own_points),
         cmocka_unit_test(test_contexts),
+        cmocka_unit_test(test_too_many_quads),
         cmocka_unit_test(test_box_is_met),
         cmocka_unit_test(test_lining_does_not_attract),
         cmocka_unit_test(test_sheets_keep_sides),

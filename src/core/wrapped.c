@@ -41,12 +41,34 @@ void qw_advise_wrap(qw_run_state *run)
     qw_warn_once(run, text);
 }
 
+/* The cause is said where it is not the distance that was asked for. */
+static void refuse_count(const qw_run_state *run, double distance)
+{
+    const qw_clean_input *input = run->whole.input;
+    double load = qw_wrap_load(input, distance), least = distance / qw_wrap_diagonal(input);
+    if (!(load > 1)) return;
+    while (qw_wrap_load(input, least * qw_wrap_diagonal(input)) > 1) least *= 1.05;
+    qw_fail(run->env, QW_TOO_LARGE, -1,
+            "so many quads are too small for a wrap by their size: gaps of %g of their edge would take %.3g cells, and "
+            "the most is %d; fewer quads, or wrap=%.2g, would do",
+            run->options.wrap_quads, load * QW_MOST_CELLS, QW_MOST_CELLS, 1.05 * least);
+}
+
+static double distance_by_count(const qw_run_state *run)
+{
+    const qw_options *o = &run->options;
+    double quads = qw_faces_wanted(run, o);
+    double distance = o->edge_length > 0 ? o->wrap_quads * o->edge_length
+                                         : qw_wrap_distance_for(run->env, run->whole.input, quads, o->wrap_quads);
+    refuse_count(run, distance);
+    return distance;
+}
+
 static double distance_of(const qw_run_state *run)
 {
     const qw_options *o = &run->options;
     if (o->wrap_distance > 0) return o->wrap_distance * qw_wrap_diagonal(run->whole.input);
-    if (o->edge_length > 0) return o->wrap_quads * o->edge_length;
-    return qw_wrap_distance_for(run->env, run->whole.input, qw_faces_wanted(run, o), o->wrap_quads);
+    return distance_by_count(run);
 }
 
 void qw_close_holes(qw_run_state *run)

@@ -7,31 +7,32 @@
 #include <string.h>
 
 enum {
-    MARGIN = 3,           /* cells about the box */
-    MOST_CELLS = 1 << 28, /* one byte each */
-    SLAB = 4,             /* layers that one task marks */
-    CRUMB = 2,            /* cells: a cluster no larger than that in any direction is a crumb */
-    LISTEN = 1 << 16,     /* cells between two words to the host */
-    MOST_SLABS = 8        /* that triangles meet in the mean: where they meet more, they are not listed */
+    MARGIN = 3,       /* cells about the box */
+    SLAB = 4,         /* layers that one task marks */
+    CRUMB = 2,        /* cells: a cluster no larger than that in any direction is a crumb */
+    LISTEN = 1 << 16, /* cells between two words to the host */
+    MOST_SLABS = 8    /* that triangles meet in the mean: where they meet more, they are not listed */
 };
 /* Of a cell: a triangle so near is taken to meet it, as its coordinates are rounded. */
 static const double SLACK = 1e-6;
+
+double qw_cells_across(double side, double cell) { return qw_ceil(side / cell) + 2 * MARGIN; }
 
 qw_wrap_frame qw_wrap_frame_of(qw_env *env, const double low[3], const double high[3], double cell)
 {
     double longest = 0, cells = 1;
     for (int k = 0; k < 3; k++) longest = fmax(longest, high[k] - low[k]);
     assert(cell > 0 && longest > 0);
-    double across = qw_ceil(longest / cell) + 2 * MARGIN;
-    for (int k = 0; k < 3; k++) cells *= qw_ceil((high[k] - low[k]) / cell) + 2 * MARGIN;
-    if (!(cells <= (double)MOST_CELLS))
+    double across = qw_cells_across(longest, cell);
+    for (int k = 0; k < 3; k++) cells *= qw_cells_across(high[k] - low[k], cell);
+    if (!(cells <= (double)QW_MOST_CELLS))
         qw_fail(env, QW_TOO_LARGE, -1,
                 "the distance of the wrap is too small: it would take %.3g cells, and the most is %d", cells,
-                MOST_CELLS);
+                QW_MOST_CELLS);
     qw_wrap_frame f = {.side = (int32_t)qw_floor(((1 << QW_LATTICE_BITS) - 2) / across)};
     f.unit = cell / f.side;
     for (int k = 0; k < 3; k++) {
-        f.cells[k] = (uint32_t)qw_ceil((high[k] - low[k]) / cell) + 2 * MARGIN;
+        f.cells[k] = (uint32_t)qw_cells_across(high[k] - low[k], cell);
         f.origin[k] = (low[k] + high[k]) / 2 - f.cells[k] * 0.5 * cell;
     }
     return f;

@@ -33,6 +33,10 @@ typedef struct qw_wrap_lattice {
     int64_t clusters;
 } qw_wrap_lattice;
 
+enum { QW_MOST_CELLS = 1 << 28 }; /* of a lattice, one byte each */
+
+/* Cells of the frame along a side of the box. */
+double qw_cells_across(double side, double cell);
 /* The frame in which the box has cells of this edge length, with a margin about it. Fails with QW_TOO_LARGE where these
  * are more than there may be. */
 qw_wrap_frame qw_wrap_frame_of(qw_env *env, const double low[3], const double high[3], double cell);

@@ -81,6 +81,14 @@ qw_filled qw_wrap_fill(qw_env *env, const qw_clean_input *input, double cell)
     return f;
 }
 
+double qw_wrap_load(const qw_clean_input *input, double distance)
+{
+    box b = box_of(input);
+    double load = 1.0 / QW_MOST_CELLS;
+    for (int k = 0; k < 3; k++) load *= qw_cells_across(b.high[k] - b.low[k], distance);
+    return load;
+}
+
 double qw_wrap_distance_for(qw_env *env, const qw_clean_input *input, double quads, double edges)
 {
     qw_scope_begin(env);

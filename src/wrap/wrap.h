@@ -31,6 +31,8 @@ qw_filled qw_wrap_fill(qw_env *env, const qw_clean_input *input, double cell);
  * QW_NO_FACES, QW_TOO_LARGE. The arrays are of the caller's scope. */
 qw_wrapped qw_wrap(qw_env *env, const qw_clean_input *input, double distance);
 
+/* Cells of a wrap of this distance over the most that there may be. */
+double qw_wrap_load(const qw_clean_input *input, double distance);
 /* The distance that is this share of the edges of so many quads on the wrapped surface. */
 double qw_wrap_distance_for(qw_env *env, const qw_clean_input *input, double quads, double edges);
 /* The share of the input's area that lies inside of others, or in gaps narrower than a hundredth of its longest side.
