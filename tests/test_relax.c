@@ -304,7 +304,7 @@ static void lines_are_those_of_the_place(void **state)
     qw_vec3 *p = QW_NEW(env, qw_vec3, q.vertex_count);
     float *share = QW_NEW(env, float, q.face_count);
     for (uint32_t f = 0; f < q.face_count; f++) share[f] = 0.5f;
-    qw_relax_lines lines = qw_begin_relax_lines(env, &q, &plate, direction, 18, share);
+    qw_relax_lines lines = qw_begin_relax_lines(env, &q, &plate, qw_bvh_build(env, &plate), direction, 18, share);
     for (int moved = 0; moved < 2; moved++) {
         for (uint32_t v = 0; v < q.vertex_count; v++) {
             p[v] = q.position[v];

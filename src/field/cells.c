@@ -160,7 +160,7 @@ qw_trimesh qw_without_long_edges(qw_env *env, const qw_trimesh *m, float longest
     qw_edit e = qw_edit_open(env, m, target, qw_trimesh_outgoing(env, m));
     for (uint32_t f = 0; f < e.face_count && e.face_count < most; f++) {
         uint32_t h;
-        qw_break_silence(env);
+        if (f % 256 == 0) qw_break_silence(env);
         while (e.face_count < most && (h = long_edge(&e, f, longest)) != QW_NONE) {
             qw_vec3 a = e.vertex[qw_edit_tail(&e, h)].position, b = e.vertex[qw_edit_head(&e, h)].position;
             qw_edit_split(&e, h, qw_lerp(a, b, 0.5f), 0, 0);

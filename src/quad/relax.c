@@ -754,14 +754,16 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     r.sum = QW_NEW_ZERO(env, double, (size_t)qw_block_count(faces, GRAIN) + 1);
     memcpy(r.position, quads->position, n * sizeof *r.position);
     collect_corners(env, &r);
-    r.wanted = qw_wanted_areas(env, quads, target->mesh, target->size);
+    bool has_lines = target->direction && target->follow > 0;
+    const qw_bvh *near = has_lines ? qw_bvh_build(env, target->mesh) : NULL;
+    r.wanted = qw_areas_wanted_of(env, quads, &(qw_wanted){target->mesh, target->size, near});
     qw_fit_wanted_areas(env, quads, r.wanted);
     float *asked = QW_NEW(env, float, faces);
     memcpy(asked, r.wanted, faces * sizeof *asked);
     limit_wanted(env, &r);
     settle(env, &r);
-    if (target->direction && target->follow > 0)
-        r.lines = qw_begin_relax_lines(env, quads, target->mesh, target->direction, LINES * target->follow,
+    if (has_lines)
+        r.lines = qw_begin_relax_lines(env, quads, target->mesh, near, target->direction, LINES * target->follow,
                                        shares_of(env, &r, asked));
     descend(env, &r);
     if (land(&r)) descend(env, &r);

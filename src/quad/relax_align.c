@@ -1,6 +1,7 @@
 #include "quad/relax_align.h"
 
 #include "base/constants.h"
+#include "mesh/slide.h"
 
 #include <assert.h>
 #include <math.h>
@@ -23,6 +24,17 @@ static qw_vec3 nearest_turn(qw_vec3 d, qw_vec3 n, qw_vec3 u)
     return eu < 0 ? qw_scale(e, -1) : e;
 }
 
+/* Where the surface is nearest to the middle of quad f. From where it was the last time one walks there. */
+static qw_hit find_place(const qw_relax_lines *l, uint32_t f, qw_vec3 middle, qw_vec3 n, uint32_t hint)
+{
+    if (l->place[f] != QW_NONE) {
+        qw_surface_point there = qw_slide_on_surface(l->mesh, l->outgoing, 3 * l->place[f], middle, 0);
+        return qw_bvh_nearest_on(l->tree, there.half_edge / 3, middle);
+    }
+    uint32_t part = l->quads->component ? l->quads->component[l->quads->corner[4 * (size_t)f]] : QW_NONE;
+    return qw_bvh_nearest_of(l->tree, part, middle, n, QW_SAME_SHEET, (float)QW_ANYWHERE, hint);
+}
+
 static void look_up_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -34,9 +46,7 @@ static void look_up_block(void *user, uint32_t block, uint32_t begin, uint32_t e
         const uint32_t *c = l->quads->corner + 4 * (size_t)f;
         l->along[f] = l->across[f] = qw_v3(0, 0, 0);
         qw_vec3 middle = qw_quad_middle(p, c), n = qw_normalize(qw_quad_cross(p, c));
-        if (l->place[f] != QW_NONE) hint = l->place[f];
-        uint32_t part = l->quads->component ? l->quads->component[c[0]] : QW_NONE;
-        qw_hit hit = qw_bvh_nearest_of(l->tree, part, middle, n, QW_SAME_SHEET, (float)QW_ANYWHERE, hint);
+        qw_hit hit = find_place(l, f, middle, n, hint);
         if (hit.face == QW_NONE || qw_length2(n) < 0.5f) continue;
         l->place[f] = hint = hit.face;
         qw_vec3 u = qw_sub(qw_add(p[c[1]], p[c[2]]), qw_add(p[c[0]], p[c[3]])), sum = {0, 0, 0};
@@ -50,13 +60,13 @@ static void look_up_block(void *user, uint32_t block, uint32_t begin, uint32_t e
     }
 }
 
-qw_relax_lines qw_begin_relax_lines(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *mesh,
+qw_relax_lines qw_begin_relax_lines(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *mesh, const qw_bvh *tree,
                                     const qw_vec3 *direction, float strength, const float *share)
 {
-    assert(strength >= 0 && mesh->face_count > 0 && direction);
+    assert(strength >= 0 && mesh->face_count > 0 && tree && direction);
     uint32_t n = quads->face_count;
     qw_relax_lines l = {.quads = quads, .mesh = mesh, .direction = direction, .strength = strength, .share = share};
-    l.tree = qw_bvh_build(env, mesh);
+    l.tree = tree, l.outgoing = qw_trimesh_outgoing(env, mesh);
     l.along = QW_NEW(env, qw_vec3, n), l.across = QW_NEW(env, qw_vec3, n), l.place = QW_NEW(env, uint32_t, n);
     for (uint32_t f = 0; f < n; f++) l.place[f] = QW_NONE;
     return l;

@@ -22,14 +22,16 @@ typedef struct qw_relax_lines {
     const qw_trimesh *mesh;
     const qw_vec3 *direction; /* qw_vec3[mesh->vertex_count], tangents as long as they are clear, 0 to 1 */
     float strength;           /* what a clear one weighs */
-    qw_bvh *tree;             /* of mesh */
+    const qw_bvh *tree;       /* of mesh */
+    const uint32_t *outgoing; /* of mesh */
     qw_vec3 *along, *across;  /* qw_vec3[quads->face_count] */
     const float *share;       /* float[quads->face_count], 0 to 1, of the strength */
     uint32_t *place;          /* uint32_t[quads->face_count], triangle of mesh where the quad was last found */
 } qw_relax_lines;
 
-/* mesh: a surface near the quads. In the current scope; without lines until they are looked up. */
-qw_relax_lines qw_begin_relax_lines(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *mesh,
+/* mesh: a surface near the quads, which is linked; tree: of it. In the current scope; without lines until they are
+   looked up. */
+qw_relax_lines qw_begin_relax_lines(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *mesh, const qw_bvh *tree,
                                     const qw_vec3 *direction, float strength, const float *share);
 /* Where the quads are now. A quad moves by more than an edge while it is relaxed, to where the shape runs otherwise. */
 void qw_find_relax_lines(qw_env *env, qw_relax_lines *lines, const qw_vec3 *position);
