@@ -53,7 +53,7 @@ static void add_edge(const qw_trimesh *m, const uint32_t *cell, const qw_vec3 *f
     float length = qw_length(along);
     if (!(length > 0) || qw_length2(n) == 0 || qw_length2(o) == 0) return;
     qw_vec3 u = qw_scale(along, 1 / length);
-    float w = 0.5f * length * (float)qw_atan2(qw_dot(qw_cross(n, o), u), qw_dot(n, o));
+    float w = 0.5f * length * (float)qw_angle_of(qw_dot(qw_cross(n, o), u), qw_dot(n, o));
     float tensor[6] = {w * u.x * u.x, w * u.y * u.y, w * u.z * u.z, w * u.x * u.y, w * u.y * u.z, w * u.z * u.x};
     for (int i = 0; i < 6; i++) sums[cell[a]].tensor[i] += tensor[i], sums[cell[b]].tensor[i] += tensor[i];
 }
@@ -231,16 +231,19 @@ static const double NEAREST = 0.5;
 static const double GRADATION = 0.25;
 static const double FITS = 1e-3; /* a factor nearer to 1 than this is met */
 
-double qw_quads_of_size(const qw_trimesh *m, const float *size)
+/* twice: float[m->face_count], the doubled areas, or NULL: to be found. */
+static double quads_of_size(const qw_trimesh *m, const float *twice, const float *size)
 {
     double sum = 0;
     for (uint32_t f = 0; f < m->face_count; f++) {
         const uint32_t *c = m->corner + 3 * (size_t)f;
         double s = ((double)size[c[0]] + (double)size[c[1]] + (double)size[c[2]]) / 3;
-        sum += 0.5 * (double)qw_length(qw_face_cross(m, f)) / (s * s);
+        sum += 0.5 * (double)(twice ? twice[f] : qw_length(qw_face_cross(m, f))) / (s * s);
     }
     return sum;
 }
+
+double qw_quads_of_size(const qw_trimesh *m, const float *size) { return quads_of_size(m, NULL, size); }
 
 /* The edge that the shape asks for in each cell, in mean edges: `even` up to a factor that the count decides, but at
    most `bound`. */
@@ -355,14 +358,17 @@ static void fit_cells(qw_env *env, const shape_wish *w, const qw_density_wish *w
 static void settle(qw_env *env, const qw_trimesh *m, double edge, float *size)
 {
     double quads = qw_trimesh_area(m);
+    float *twice = QW_NEW(env, float, m->face_count);
+    for (uint32_t f = 0; f < m->face_count; f++) twice[f] = qw_length(qw_face_cross(m, f));
     for (int round = 0; round < FIT_ROUNDS; round++) {
         for (uint32_t v = 0; v < m->vertex_count; v++) size[v] *= (float)edge;
         qw_limit_gradation(env, m, size, (float)(GRADATION / (1 + FITS)));
         for (uint32_t v = 0; v < m->vertex_count; v++) size[v] /= (float)edge;
-        double fit = sqrt(qw_quads_of_size(m, size) / quads);
+        double fit = sqrt(quads_of_size(m, twice, size) / quads);
         for (uint32_t v = 0; v < m->vertex_count; v++) size[v] *= (float)fit;
         if (fabs(fit - 1) < FITS) break;
     }
+    qw_free(env, twice);
 }
 
 /* Sets size, float[m->vertex_count], to what the shape asks for. */

@@ -68,6 +68,7 @@ void qw_limit_gradation(qw_env *env, const qw_trimesh *mesh, float *size, float 
     size_t capacity = n;
     heap q = {QW_NEW(env, float, n), QW_NEW(env, uint32_t, n), 0};
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) { /* most often nothing is to be limited */
+        if (mesh->twin[h] < h) continue;                  /* the edge was seen */
         uint32_t a = mesh->corner[h], b = mesh->corner[qw_next(h)], low = size[a] < size[b] ? a : b,
                  high = low == a ? b : a;
         if (size[high] <= size[low] + slope * qw_distance(mesh->position[a], mesh->position[b])) continue;

@@ -25,8 +25,16 @@ double qw_sin(double x);
 double qw_cos(double x);
 double qw_atan2(double y, double x); /* below 3 units */
 double qw_acos(double x);            /* below 4 units */
-double qw_ln(double x);              /* below 1 unit; the natural logarithm */
-double qw_exp(double x);             /* below 1 unit */
+/* The angle of a sine and a cosine whose squares add up to 1, in [-pi, pi], to 1e-8 of itself: small ones, as those
+   between most faces, by the series of the inverse sine. */
+static inline double qw_angle_of(double sine, double cosine)
+{
+    double s2 = sine * sine;
+    if (!(cosine > 0 && s2 < 0.015625)) return qw_atan2(sine, cosine);
+    return sine * (1 + s2 * (1.0 / 6 + s2 * (3.0 / 40 + s2 * (15.0 / 336))));
+}
+double qw_ln(double x);  /* below 1 unit; the natural logarithm */
+double qw_exp(double x); /* below 1 unit */
 /* exp(exponent ln(base)): below 2 (1 + |exponent ln(base)|) units. NaN below a base of 0; infinite arguments are not
    those of Annex F. */
 double qw_pow(double base, double exponent);

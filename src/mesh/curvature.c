@@ -70,7 +70,7 @@ static bool bends_across(const piece_task *t, uint32_t h, uint32_t g, qw_vec3 al
 static double turn_across(const piece_task *t, uint32_t h, uint32_t g, qw_vec3 along)
 {
     qw_vec3 a = t->normal[h / 3], b = t->normal[g / 3];
-    return qw_atan2(qw_dot(qw_cross(a, b), along), qw_dot(a, b));
+    return qw_angle_of(qw_dot(qw_cross(a, b), along), qw_dot(a, b));
 }
 
 static void count_edge_pieces(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -263,15 +263,30 @@ static bool in_ball(const ball *b, const piece *p)
     return qw_dot(p->facing, b->normal) > 0;
 }
 
+/* The squared distances, in cells, along one axis from x to those whose coordinate is one less than that of its own,
+   the same, and one more. 0 at the rim of the grid, whose cells hold what lies outside it. */
+static void gaps_along(float x, uint64_t own, float radius, double gap2[3])
+{
+    bool at_rim = own <= 2 || own >= (1 << CELL_BITS) - 3;
+    double within = (double)x / (double)radius + (1 << (CELL_BITS - 1)) - (double)own;
+    gap2[0] = at_rim ? 0 : within * within, gap2[1] = 0, gap2[2] = at_rim ? 0 : (1 - within) * (1 - within);
+}
+
 /* Calls visit for each piece in the ball, always in the same order. */
 static void visit_ball(ball b, const piece_grid *g, void (*visit)(double *sums, const piece *p), double *sums)
 {
+    static const double REACHED = 1 + 1e-6; /* squared; what rounding leaves of a cell is far less */
     cell middle = cell_of(b.centre, b.c->radius);
-    for (uint64_t z = middle.z - 1; z <= middle.z + 1; z++)
-        for (uint64_t y = middle.y - 1; y <= middle.y + 1; y++)
-            for (uint64_t x = middle.x - 1; x <= middle.x + 1; x++) {
-                b.at = told_cell((cell){x, y, z});
-                uint32_t bucket = bucket_of(g, (cell){x, y, z});
+    double x2[3], y2[3], z2[3];
+    gaps_along(b.centre.x, middle.x, b.c->radius, x2), gaps_along(b.centre.y, middle.y, b.c->radius, y2);
+    gaps_along(b.centre.z, middle.z, b.c->radius, z2);
+    for (uint64_t z = 0; z < 3; z++)
+        for (uint64_t y = 0; y < 3; y++)
+            for (uint64_t x = 0; x < 3; x++) {
+                if (x2[x] + y2[y] + z2[z] > REACHED) continue;
+                cell c = {middle.x + x - 1, middle.y + y - 1, middle.z + z - 1};
+                b.at = told_cell(c);
+                uint32_t bucket = bucket_of(g, c);
                 for (uint32_t i = g->begin[bucket]; i < g->begin[bucket + 1]; i++)
                     if (in_ball(&b, &g->piece[i])) visit(sums, &g->piece[i]);
             }
