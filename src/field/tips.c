@@ -177,17 +177,42 @@ static bool follow(finder *f, uint32_t from, qw_tip *tip)
 
 /* ---- all of them */
 
+/* The cells around one, in a walk over the links. */
+typedef struct rounds {
+    uint32_t *seen, *stack; /* uint32_t[cells->count]; seen: the cell around which each was seen last */
+} rounds;
+
+/* Whether none within `far` of a cell lies farther to one side: a tip that is so long is the highest as far as that. */
+static bool is_highest_around(const qw_cells *c, const float *offset, uint32_t a, float far, rounds *r)
+{
+    uint32_t deep = 0;
+    r->stack[deep++] = a, r->seen[a] = a;
+    while (deep > 0) {
+        uint32_t b = r->stack[--deep];
+        for (uint32_t i = c->begin[b]; i < c->begin[b + 1]; i++) {
+            uint32_t d = c->neighbour[i];
+            if (r->seen[d] == a || qw_distance(c->point[d], c->point[a]) > far) continue;
+            if (offset[d] > offset[a] || (offset[d] == offset[a] && d < a)) return false;
+            r->seen[d] = a, r->stack[deep++] = d;
+        }
+    }
+    return true;
+}
+
 /* The vertices from which tips are looked for, the one that lies farthest to one side first. Returns their number;
    key: uint64_t[cells->count], a vertex in its lower half. */
 static uint32_t list_candidates(qw_env *env, const qw_trimesh *m, const qw_cells *c, const float *area, double radius,
-                                uint64_t *key)
+                                float shortest, uint64_t *key)
 {
     qw_scope_begin(env);
     float *offset = QW_NEW(env, float, c->count);
     uint32_t *vertex = QW_NEW(env, uint32_t, c->count), count = 0;
+    rounds r = {QW_NEW(env, uint32_t, c->count), QW_NEW(env, uint32_t, c->count)};
+    memset(r.seen, 0xff, c->count * sizeof *r.seen);
     find_farthest(m, c, find_middles(env, c, area, radius), vertex, offset);
     for (uint32_t i = 0; i < c->count; i++)
-        if (offset[i] > POINTED * (float)radius && is_highest(c, offset, i))
+        if (offset[i] > POINTED * (float)radius && is_highest(c, offset, i) &&
+            is_highest_around(c, offset, i, shortest, &r))
             key[count++] = (uint64_t)(UINT32_MAX - qw_float_key(offset[i])) << 32 | vertex[i];
     qw_sort_u64(key, count);
     qw_scope_end(env);
@@ -257,7 +282,7 @@ qw_tip_list qw_find_tips(qw_env *env, const qw_surface_cells *surface, float edg
     look_at_vertices(m, area, open);
     for (uint32_t v = 0; v < m->vertex_count; v++) of_cell[cells->of[v]] += area[v];
     uint64_t *key = QW_NEW(env, uint64_t, cells->count);
-    uint32_t count = list_candidates(env, m, cells, of_cell, REACH * (double)edge, key);
+    uint32_t count = list_candidates(env, m, cells, of_cell, REACH * (double)edge, shortest, key);
     finder f = make_finder(env, &graph, edge);
     f.area = area, f.open = open;
     list.tip = QW_NEW(env, qw_tip, count);
