@@ -75,6 +75,7 @@ class Result:
     transfer: dict[str, int] | None
     provenance: Provenance | None
     field: npt.NDArray[np.float32] | None
+    coarse: tuple[npt.NDArray[np.float64], npt.NDArray[np.int32]] | None
     library: str | None
     scene: Any
     faces: npt.NDArray[np.int32]

@@ -357,12 +357,13 @@ class Result(_Meshlike):
     counts, or None. maps: {name: array}, what was baked: uint8 or, of height, uint16 (texels, texels, channels), color with alpha where a material has it, the upper row first; of several
     tiles ("color.1002") the second and so on as UDIM numbers them. asset: figures of the texture coordinates and maps, a dict, or None.
     save() writes the maps too. provenance: a Provenance where it was asked for or attributes were carried, else None. field: float32 (vertices or faces of
-    the input, 3), a direction of each cross that the quads followed, or None. library: the mtllib of the OBJ file that the surface is from. scene: what
+    the input, 3), a direction of each cross that the quads followed, or None. coarse: with subdivide, (vertices, quads) of what was split, level 0: its
+    vertices are the first of the result, and quad f became the quads 4 ** subdivide * f and on; else None. library: the mtllib of the OBJ file that the surface is from. scene: what
     its glTF file holds beside it, which save() writes into a .glb or .gltf; or None.
     """
 
     def __init__(self, told, normals="input", library=None, scene=None, context=None):
-        (positions, _, sizes, corners, _), report, attributes, self.transfer, provenance, field, shaded, asset = told
+        (positions, _, sizes, corners, _), report, attributes, self.transfer, provenance, field, shaded, asset, coarse = told
         self.vertices = np.asarray(positions)
         self.faces = np.asarray(corners)
         self.face_sizes = None if sizes is None else np.asarray(sizes)
@@ -375,6 +376,7 @@ class Result(_Meshlike):
         self.attributes = {**carried, **_attributes.give(shaded)}
         self.provenance = None if provenance is None else Provenance(provenance)
         self.field = None if field is None else np.asarray(field)
+        self.coarse = None if coarse is None else (np.asarray(coarse[0]), np.asarray(coarse[3]))
         self.library = library
         self.scene = scene
         self.asset, self.maps, self._run = None, {}, None

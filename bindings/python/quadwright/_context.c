@@ -246,7 +246,7 @@ typedef struct outcome {
     int shading;                        /* a qw_shading, or -1: no normals of the quads */
     qw_attribute normals;
     unsigned most_weights;
-    qw_mesh_view mesh;
+    qw_mesh_view mesh, coarse;   /* coarse.size: 0 where nothing was split */
     const qw_attribute *carried; /* NULL: none */
     qw_transfer_report transfer;
     qw_provenance provenance;
@@ -302,6 +302,7 @@ static qw_status compute(context *c, const qw_options *options, outcome *o)
     if (status == QW_OK && o->field_domain >= 0)
         status = qw_get_field(c->context, (qw_domain)o->field_domain, &o->field);
     if (status == QW_OK && o->asset.is_wanted) status = unwrap(c, &o->asset, o->carried);
+    if (status == QW_OK && qw_get_report(c->context)->coarse_faces > 0) status = qw_get_coarse(c->context, &o->coarse);
     return status == QW_OK ? qw_get_mesh(c->context, &o->mesh) : status;
 }
 
@@ -330,7 +331,8 @@ static PyObject *give_asset(const context *c, const asset *a)
     return NULL;
 }
 
-/* (mesh, report, attributes, transfer report or None, provenance or None, field or None, normals, asset or None) */
+/* (mesh, report, attributes, transfer report or None, provenance or None, field or None, normals, asset or None, coarse
+   mesh or None) */
 static PyObject *give_outcome(const context *c, const outcome *o)
 {
     PyObject *parts[] = {
@@ -345,13 +347,14 @@ static PyObject *give_outcome(const context *c, const outcome *o)
         o->provenance.size ? native_give_provenance(&o->provenance) : Py_NewRef(Py_None),
         o->field.size ? native_array(o->field.directions, "f", 4, o->field.count, 3) : Py_NewRef(Py_None),
         native_give_attributes(&o->normals, o->normals.size ? 1 : 0),
-        give_asset(c, &o->asset)};
+        give_asset(c, &o->asset),
+        o->coarse.size ? native_give_mesh(&o->coarse) : Py_NewRef(Py_None)};
     enum { PARTS = sizeof parts / sizeof *parts };
     bool is_whole = true;
     for (int i = 0; i < PARTS; i++) is_whole &= parts[i] != NULL;
     if (is_whole)
-        return Py_BuildValue("NNNNNNNN", parts[0], parts[1], parts[2], parts[3], parts[4], parts[5], parts[6],
-                             parts[7]);
+        return Py_BuildValue("NNNNNNNNN", parts[0], parts[1], parts[2], parts[3], parts[4], parts[5], parts[6],
+                             parts[7], parts[8]);
     for (int i = 0; i < PARTS; i++) Py_XDECREF(parts[i]);
     return NULL;
 }

@@ -246,3 +246,13 @@ def test_a_record_is_of_the_files_beside_too(surface, tmp_path):
             (tmp_path / "skin.png").write_bytes(b"\x89PNG")
         made.append(quadwright._result_of_file(source, target, {"faces": 100}))
         assert (made[-1]["key"] == made[-2]["key"]) == (change == "nothing"), change
+
+
+def test_what_was_split_is_there(surface):
+    assert quadwright.remesh(*surface, faces=60).coarse is None
+    result = quadwright.remesh(*surface, faces=60, subdivide=2)
+    vertices, quads = result.coarse
+    assert len(result.quads) == 16 * len(quads) == 16 * result.report["coarse_faces"]
+    assert vertices.shape == (quads.max() + 1, 3) and vertices.dtype == np.float64
+    for corner in range(4):  # the first quad of each quarter begins at its corner
+        assert (result.quads[4 * corner::16, 0] == quads[:, corner]).all()
