@@ -60,6 +60,8 @@ export interface Surface {
   /** corners of every face where faceSizes is null */
   faceSize: number;
   faceSizes: Uint32Array | null;
+  /** the faces only join points that came without any: the option wrap makes a surface of them */
+  points: boolean;
 }
 
 export interface Result {
@@ -145,7 +147,7 @@ export function remeshSync(
 /** A surface that is remeshed more than once, in a Worker that keeps what two runs have in common. */
 export class Remesher {
   constructor(options?: { memoryLimit?: number | string });
-  /** a file of OBJ, PLY, OFF or STL */
+  /** a file of OBJ, PLY, OFF, STL, GLB or glTF, or of points: PLY, PCD, XYZ */
   load(file: ArrayBuffer | Uint8Array | Blob, hooks?: Pick<Hooks, 'signal' | 'log'>): Promise<Surface>;
   set(positions: Numbers, indices: Numbers | null, options?: SurfaceOptions & { transfer?: boolean; signal?: AbortSignal }): Promise<void>;
   /** points without faces, three numbers a point, and attributes of theirs: a surface with the option wrap */

@@ -173,7 +173,7 @@ export class Remesher {
     return answer;
   }
 
-  /* A file of OBJ, PLY, OFF or STL: bytes (ArrayBuffer or Uint8Array), or a Blob. Gives the surface as arrays. */
+  /* A file of OBJ, PLY, OFF, STL, GLB or glTF, or of points: bytes (ArrayBuffer or Uint8Array), or a Blob. Gives the surface as arrays. */
   async load(file, { signal, log } = {}) {
     const bytes = file instanceof Uint8Array ? file : new Uint8Array(file instanceof ArrayBuffer ? file : await file.arrayBuffer());
     const surface = await this.#call('takeFile', [bytes], { signal, log }, true);
