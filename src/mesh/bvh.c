@@ -307,6 +307,7 @@ qw_hit qw_bvh_find(const qw_bvh *bvh, const qw_bvh_query *q, const qw_bvh_pocket
     qw_vec3 point = q->point;
     bool test_normal = q->least_dot > -1 && (q->normal.x != 0 || q->normal.y != 0 || q->normal.z != 0);
     if (q->hint < t->count) try_disc(bvh, bvh->place[q->hint], q, test_normal, &best);
+    if (best.distance2 < q->enough2) return best;
     if (pocket && pocket->radius > 0) {
         for (uint32_t i = 0; i < pocket->count; i++) try_disc(bvh, pocket->place[i], q, test_normal, &best);
         if (is_inside(t, pocket, point, best.distance2)) return best;
@@ -318,7 +319,7 @@ qw_hit qw_bvh_find(const qw_bvh *bvh, const qw_bvh_query *q, const qw_bvh_pocket
         if (n->count > 0) {
             for (uint32_t i = n->first; i < n->first + n->count; i++) try_disc(bvh, i, q, test_normal, &best);
             best.looked += n->count;
-            at = pop(&todo, reach(t, best.distance2));
+            at = best.distance2 < q->enough2 ? QW_NONE : pop(&todo, reach(t, best.distance2));
             continue;
         }
         const qw_box_node *pair = &t->nodes[n->first];

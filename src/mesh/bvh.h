@@ -43,6 +43,7 @@ typedef struct qw_bvh_query {
     uint32_t hint;
     const uint32_t *label; /* uint32_t[face_count]: only the faces whose label is the wanted one; NULL: all */
     uint32_t wanted;
+    float enough2; /* squared: what is nearer than this need not be the nearest; 0: it must */
 } qw_bvh_query;
 /* The faces that meet a ball, for many queries in one place. */
 enum { QW_POCKET_SIZE = 96 };

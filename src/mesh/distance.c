@@ -39,6 +39,7 @@ typedef struct sampling {
     uint32_t samples;
     uint32_t step;   /* between vertices that are visited */
     float *distance; /* float[samples] */
+    float farthest;  /* of them */
     float *largest;  /* float[blocks of vertices] */
 } sampling;
 
@@ -69,15 +70,18 @@ static void sample_surface(void *user, uint32_t block, uint32_t begin, uint32_t 
     }
 }
 
-/* The largest distance is mostly at a corner, which no sample hits. from's vertices; one largest a block. */
+/* The largest distance is mostly at a corner, which no sample hits. from's vertices; one largest a block. What is
+   nearer than the largest so far ends the search at a vertex. */
 static void visit_vertices(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const sampling *s = user;
     uint32_t hint = QW_NONE;
-    float most = 0;
+    float most = s->farthest;
     for (uint32_t v = begin; v < end; v++) {
         if (!s->from->used[v] || v % s->step) continue;
-        qw_hit hit = nearest(s->to, s->from->mesh.position[v], hint);
+        qw_bvh_query query = {.point = s->from->mesh.position[v], .least_dot = -1, .hint = hint};
+        query.max_distance = FLT_MAX, query.enough2 = most * most;
+        qw_hit hit = qw_bvh_find(s->to->bvh, &query, NULL);
         hint = hit.face;
         most = fmaxf(most, sqrtf(hit.distance2));
     }
@@ -103,17 +107,18 @@ static spread distance_between(qw_env *env, const qw_surface *from, const qw_sur
     uint32_t blocks = qw_block_count(from->mesh.vertex_count, GRAIN);
     uint32_t wanted = qw_wanted_samples(from->mesh.face_count, to->mesh.face_count, SAMPLES_A_FACE, LEAST_SAMPLES,
                                         MOST_SAMPLES);
-    sampling s = {from, to, wanted, 1, NULL, QW_NEW(env, float, blocks)};
+    sampling s = {from, to, wanted, 1, NULL, 0, QW_NEW(env, float, blocks)};
     qw_pilots pilots = pilots_of(&s);
     s.samples = qw_affordable(&pilots, wanted), s.step = qw_affordable_step(&pilots, from->mesh.vertex_count);
     s.distance = QW_NEW(env, float, s.samples);
     qw_parallel(env, s.samples, GRAIN, sample_surface, &s);
-    qw_parallel(env, from->mesh.vertex_count, GRAIN, visit_vertices, &s);
     spread r = {0};
     for (uint32_t i = 0; i < s.samples; i++) {
         r.mean += s.distance[i];
-        r.most = fmax(r.most, s.distance[i]);
+        s.farthest = fmaxf(s.farthest, s.distance[i]);
     }
+    r.most = s.farthest;
+    qw_parallel(env, from->mesh.vertex_count, GRAIN, visit_vertices, &s);
     for (uint32_t b = 0; b < blocks; b++) r.most = fmax(r.most, s.largest[b]);
     r.mean /= s.samples;
     r.p999 = qw_percentile(s.distance, s.samples, 0.999);
