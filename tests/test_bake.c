@@ -1,5 +1,6 @@
 /* Maps: pictures to and from PNG, what is baked where it can be told otherwise, whole assets, and hostile inputs. */
 #include "bake/maps.h"
+#include "faults.h"
 #include "io/deflate.h"
 #include "quad_shapes.h"
 #include "random.h"
@@ -330,6 +331,112 @@ static void charts_at_any_scale(void **state)
     }
 }
 
+/* So far that cross products of edges overflow or vanish: the normals are those of a sphere all the same. */
+static void maps_at_any_scale(void **state)
+{
+    (void)state;
+    static const double scales[] = {0x1p660, 0x1p-660};
+    for (int i = 0; i < 2; i++) {
+        asset a = {0};
+        quad_shape shape = quad_sphere(8);
+        for (uint32_t k = 0; k < 3 * shape.vertex_count; k++) shape.position[k] *= scales[i];
+        begin_asset(&a, shape, NULL, 0, 1);
+        unwrap_and_bake(&a, 64, 1 << QW_MAP_NORMAL);
+        assert_true(a.report.missed_texels * 50 < a.report.texels);
+        assert_true(a.report.normal_error >= 0 && a.report.normal_error < 8);
+        end_asset(&a);
+    }
+}
+
+/* ---- what fails on the way */
+
+static qw_status try_asset(asset *a)
+{
+    qw_asset_options options;
+    qw_attribute uv;
+    qw_asset_options_init(&options), options.texture = 48, options.margin = 1, options.samples = 1;
+    qw_status status = qw_unwrap(a->context, &options, NULL, &uv, &a->report);
+    return status != QW_OK ? status : qw_bake(a->context, a->source, 0x23, &a->images, &a->count, &a->report);
+}
+
+/* Allocations that fail, and reports that cancel, at some places over all of it: what is held goes with the context,
+ * and the next call on it gives the same maps. */
+static void failures_leave_nothing(void **state)
+{
+    (void)state;
+    asset a = {.shape = quad_sphere(4)};
+    faults f = {.allocations = FAULTS_NONE, .reports = FAULTS_NONE};
+    const qw_host host = faults_host(&f);
+    qw_mesh_view view = quad_shape_view(&a.shape);
+    qw_options options;
+    qw_options_init(&options), options.faces = 54, options.threads = 1;
+    assert_int_equal(qw_create(&host, &a.context), QW_OK);
+    assert_int_equal(qw_set_mesh(a.context, &view), QW_OK);
+    assert_int_equal(qw_run(a.context, &options), QW_OK);
+    assert_int_equal(qw_mesh_wrap(&view, NULL, 0, NULL, NULL, NULL, &a.source), QW_OK);
+    assert_int_equal(try_asset(&a), QW_OK);
+    assert_int_equal(a.count, 3);
+    size_t size = (size_t)48 * 48 * a.images[0].channels;
+    uint8_t *first = malloc(size);
+    memcpy(first, a.images[0].pixels, size);
+    int failed = 0, cancelled = 0;
+    for (long n = 0, finished = 0; !finished; n += n / 8 + 1) {
+        f.allocations = n;
+        qw_status status = try_asset(&a);
+        finished = f.allocations >= 0, f.allocations = FAULTS_NONE;
+        assert_int_equal(status, finished ? QW_OK : QW_MEMORY);
+        failed += status != QW_OK;
+    }
+    for (long n = 0, finished = 0; !finished; n += n / 8 + 1) {
+        f.reports = n;
+        qw_status status = try_asset(&a);
+        finished = f.reports >= 0, f.reports = FAULTS_NONE;
+        assert_int_equal(status, finished ? QW_OK : QW_CANCELLED);
+        cancelled += status != QW_OK;
+    }
+    assert_true(failed > 20 && cancelled > 5);
+    assert_int_equal(try_asset(&a), QW_OK);
+    assert_memory_equal(first, a.images[0].pixels, size);
+    end_asset(&a), free(first);
+    assert_int_equal(f.blocks, 0);
+    assert_int_equal(f.held, 0);
+}
+
+/* What the host is told of both calls: from 0 on, never less, by the name of that work. */
+typedef struct told {
+    double last;
+    int count, falls;
+} told;
+
+static int hear(void *user, qw_stage stage, double fraction)
+{
+    told *t = user;
+    if (stage != QW_STAGE_COUNT) return 0;
+    t->count++, t->falls += fraction < t->last;
+    t->last = fraction;
+    return 0;
+}
+
+static void progress_is_told(void **state)
+{
+    (void)state;
+    told t = {0};
+    const qw_host host = {.progress = hear, .progress_user = &t};
+    asset a = {.shape = quad_sphere(6)};
+    qw_mesh_view view = quad_shape_view(&a.shape);
+    qw_options options;
+    qw_options_init(&options), options.faces = 100, options.threads = 1;
+    assert_int_equal(qw_create(&host, &a.context), QW_OK);
+    assert_int_equal(qw_set_mesh(a.context, &view), QW_OK);
+    assert_int_equal(qw_run(a.context, &options), QW_OK);
+    assert_int_equal(t.count, 0);
+    unwrap_and_bake(&a, 256, QW_MAPS_OF_INPUT);
+    assert_true(t.count > 20 && t.last > 0.8);
+    assert_int_equal(t.falls, 1); /* the second call begins anew */
+    assert_string_equal(qw_stage_title(QW_STAGE_COUNT), "texture coordinates and maps");
+    end_asset(&a);
+}
+
 /* The same bytes at any number of threads; all maps; several calls, one after the other. */
 static void same_bytes(void **state)
 {
@@ -455,6 +562,9 @@ QW_TEST_SUITE(bake)
         cmocka_unit_test(normals_of_a_sphere),
         cmocka_unit_test(constant_color),
         cmocka_unit_test(charts_at_any_scale),
+        cmocka_unit_test(maps_at_any_scale),
+        cmocka_unit_test(failures_leave_nothing),
+        cmocka_unit_test(progress_is_told),
         cmocka_unit_test(same_bytes),
         cmocka_unit_test(calls_out_of_place),
         cmocka_unit_test(from_obj_to_files),

@@ -158,7 +158,8 @@ typedef struct qw_host {
     /* fraction: of the whole run, 0 to 1, never falling. Return QW_GO_ON to go on, QW_CANCEL (anything but 0) to
        cancel. The first call at 1 only says that the run is done; further ones come where a file or a pipe takes long
        to be written, or what is asked of the result (qw_get_provenance, qw_transfer, qw_get_field) long to be found,
-       and those can cancel that. On the calling thread. */
+       and those can cancel that. qw_unwrap and qw_bake tell how far they are themselves, from 0, as stage
+       QW_STAGE_COUNT, which has a title too. On the calling thread. */
     int (*progress)(void *user, qw_stage stage, double fraction);
     void *progress_user;
 } qw_host;

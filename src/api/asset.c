@@ -42,9 +42,7 @@ static void report_atlas(qw_asset *asset, const qw_asset_options *o)
     r->seam_length = a->seam_length, r->texel_density = a->packing.scale * (double)o->texture;
 }
 
-/* The positions times a power of two, *exponent, that brings the largest coordinate below 1: squares of lengths neither
-   overflow nor vanish. In the caller's scope. */
-static const double *scaled(qw_env *env, const qw_mesh_view *view, int *exponent)
+const double *qw_scaled_positions(qw_env *env, const qw_mesh_view *view, int *exponent)
 {
     size_t count = 3 * (size_t)view->vertex_count;
     double *p = QW_NEW(env, double, count), most = 0;
@@ -55,12 +53,23 @@ static const double *scaled(qw_env *env, const qw_mesh_view *view, int *exponent
     return p;
 }
 
+qw_status qw_protect_working(qw_context *context, void (*body)(void *user), void *user)
+{
+    double told = context->told;
+    context->told = 0; /* it may fall, as other work begins */
+    qw_status status = qw_protect_listening(context->state.env, body, user);
+    context->told = told;
+    qw_end_work(context->state.env);
+    return status;
+}
+
 static void unwrap(void *user)
 {
     unwrap_call *call = user;
     qw_context_state *c = call->c;
     const qw_asset_options *o = call->options;
     drop_asset(c);
+    qw_begin_work(c->env);
     qw_asset *asset = QW_NEW_ZERO(c->env, qw_asset, 1);
     qw_scope_begin(c->env);
     qw_mesh_view view = qw_view_of_result(&c->run);
@@ -68,7 +77,7 @@ static void unwrap(void *user)
     qw_atlas_mesh mesh = qw_atlas_mesh_of(c->env, &view, quads->mark, quads->mark ? 4 * quads->face_count : 0,
                                           call->borders);
     int exponent;
-    mesh.position = scaled(c->env, &view, &exponent);
+    mesh.position = qw_scaled_positions(c->env, &view, &exponent);
     qw_atlas_options options = {.most_stretch = o->stretch,
                                 .pack = {.texels = (uint32_t)o->texture,
                                          .margin = (uint32_t)o->margin,
@@ -105,7 +114,7 @@ qw_status qw_unwrap(qw_context *context, const qw_asset_options *options, const 
         return qw_refuse(context, QW_OPTION, message);
     qw_context_state *c = &context->state;
     unwrap_call call = {c, options, borders};
-    qw_status status = qw_protect_listening(c->env, unwrap, &call);
+    qw_status status = qw_protect_working(context, unwrap, &call);
     if (status != QW_OK) return qw_done(context, status);
     *uv = c->asset->uv;
     if (report) *report = c->asset->report;

@@ -4,7 +4,7 @@
 
 #include "atlas/atlas.h"
 #include "io/asset.h"
-#include "run/driver.h"
+#include "api/context.h"
 
 /* Its arrays are blocks of the scope of the last stage, as this is. */
 typedef struct qw_asset {
@@ -19,6 +19,11 @@ typedef struct qw_asset {
     uint32_t images;
 } qw_asset;
 
+/* As qw_protect_listening, for a body that begins with qw_begin_work. */
+qw_status qw_protect_working(qw_context *context, void (*body)(void *user), void *user);
+/* The positions times a power of two, *exponent, that brings the largest coordinate below 1: squares of lengths neither
+   overflow nor vanish. In the caller's scope. */
+const double *qw_scaled_positions(qw_env *env, const qw_mesh_view *view, int *exponent);
 /* Frees the maps, if there are any: api/bake.c. */
 void qw_drop_maps(qw_context_state *c);
 /* What a result with maps is written with, of *count attributes of its own: but for their texture coordinates, normals

@@ -113,11 +113,12 @@ static float *find_normals(qw_context_state *c, const qw_mesh_view *view, const 
 {
     const qw_quadmesh *quads = &c->run.finished;
     uint32_t *size = QW_NEW(c->env, uint32_t, view->face_count);
+    int exponent;
     for (uint32_t f = 0; f < view->face_count; f++) size[f] = mesh->begin[f + 1] - mesh->begin[f];
     const qw_polygon_fans fans = {.vertex_count = view->vertex_count,
                                   .face_count = view->face_count,
                                   .corner_count = mesh->corner_count,
-                                  .position = view->positions,
+                                  .position = qw_scaled_positions(c->env, view, &exponent),
                                   .face_size = size,
                                   .corner = view->corners,
                                   .mark = quads->mark,
@@ -183,6 +184,7 @@ static void bake(void *user)
     qw_asset *a = c->asset;
     require_source(c, call->source);
     qw_drop_maps(c);
+    qw_begin_work(c->env);
     qw_scope_begin(c->env);
     qw_mesh_view view = qw_view_of_result(&c->run);
     qw_atlas_mesh mesh = qw_atlas_mesh_of(c->env, &view, NULL, 0, NULL);
@@ -229,9 +231,10 @@ qw_status qw_bake(qw_context *context, const qw_mesh *source, uint32_t maps, con
     if (maps >> QW_MAP_COUNT) return qw_refuse(context, QW_ARGUMENT, "there are no such maps");
     bake_call call = {c, source, maps};
     qw_status status = qw_protect_listening(c->env, carry, &call);
-    if (status == QW_OK) status = qw_protect_listening(c->env, bake, &call);
+    if (status == QW_OK) status = qw_protect_working(context, bake, &call);
     if (status != QW_OK) {
-        c->asset->normal = c->asset->tangent = NULL; /* their scope was unwound */
+        qw_asset *a = c->asset; /* what was made of it was unwound */
+        a->normal = a->tangent = NULL, a->picture = NULL, a->image = NULL, a->images = 0, a->look = (qw_asset_look){0};
         return qw_done(context, status);
     }
     *images = c->asset->image, *count = c->asset->images;

@@ -69,6 +69,9 @@ static candidate pop(maker *k)
     return first;
 }
 
+/* Shares of the work on texture coordinates that are done then. */
+static const double PATCHES_LAID = 0.2, CHARTS_JOINED = 0.6;
+
 /* ---- laying flat */
 
 static double grid_of(const maker *k, const qw_flat *t) { return sqrt(fmax(t->total, k->total)) / (1 << GRID_BITS); }
@@ -412,7 +415,9 @@ qw_charts_made qw_make_charts(qw_env *env, qw_atlas_mesh *mesh, double most_stre
     for (uint32_t f = 0; f < mesh->face_count; f++) k.total += face_area(mesh, f);
     lay_patches(&k);
     k.made.patches = k.made.count;
+    qw_progress_work(env, PATCHES_LAID);
     join_all(&k);
+    qw_progress_work(env, CHARTS_JOINED);
     drop_joined(&k);
     for (uint32_t a = 0; a < k.made.count; a++) finish_chart(&k, &k.made.chart[a]);
     qw_free(env, k.heap), qw_free(env, k.local), qw_free(env, k.chart_of);

@@ -16,10 +16,13 @@ enum {
     COARSE_ROUNDS = 9,  /* of bisection there */
     FINE_ROUNDS = 5,    /* and in finer cells */
     LAST_ROUNDS = 3,
-    COARSE_ORDERS = 100, /* orders that are tried */
+    COARSE_EFFORT = 4000, /* pieces that are placed in orders that are tried */
+    FINE_EFFORT = 2400,
+    COARSE_ORDERS = 100, /* orders at most */
     FINE_ORDERS = 60,
     WORD = 64
 };
+static const double PACKING = 0.65;     /* share of the work on texture coordinates that comes before */
 static const double STEP = 1.01;        /* of the scale */
 static const double DENSEST = 0.97;     /* share of the area at which the search begins */
 static const double LEAST_SHARE = 1e-4; /* and ends: the margin leaves no room */
@@ -36,8 +39,8 @@ typedef struct packer {
     uint32_t *order;                      /* uint32_t[count]: by falling size */
     double *area, *key;                   /* double[count] */
     double total;
-    mask tile; /* of all tiles, one above the other */
-    uint32_t tiles, round;
+    mask tile;                    /* of all tiles, one above the other */
+    uint32_t tiles, round, tried; /* tried: orders so far */
 } packer;
 
 /* ---- masks */
@@ -307,11 +310,20 @@ static double bisect(packer *k, double fits, double fails, int rounds)
     return fits;
 }
 
+/* Orders that an effort allows. */
+static uint32_t orders_of(const packer *k, uint32_t effort, uint32_t most)
+{
+    uint32_t orders = effort / k->count;
+    return orders < most ? orders : most;
+}
+
 /* Tries other orders at scales that are a little larger each time one fits. The order of the best is left. */
 static double ratchet(packer *k, double good, uint32_t rounds)
 {
     uint32_t best = k->round;
     for (uint32_t i = 1; i <= rounds; i++) {
+        k->tried++;
+        qw_progress_work(k->env, PACKING + (1 - PACKING) * k->tried / (COARSE_ORDERS + FINE_ORDERS + 1));
         order_pieces(k, i);
         while (place_all(k, good * STEP)) good *= STEP, best = i;
     }
@@ -331,12 +343,12 @@ static double find_scale(packer *k, const qw_pack_options *o)
                     o->margin, o->tiles, o->texels, o->texels);
     }
     double good = least < most ? bisect(k, least, least / 0.8, COARSE_ROUNDS / 2) : least;
-    good = ratchet(k, good, COARSE_ORDERS);
+    good = ratchet(k, good, orders_of(k, COARSE_EFFORT, COARSE_ORDERS));
     set_cells(k, o, MOST_CELLS);
     double high = good * 1.06;
     while (!place_all(k, good)) high = good, good *= 0.97;
     good = bisect(k, good, high, FINE_ROUNDS);
-    good = ratchet(k, good, FINE_ORDERS);
+    good = ratchet(k, good, orders_of(k, FINE_EFFORT, FINE_ORDERS));
     return bisect(k, good, good * STEP, LAST_ROUNDS);
 }
 

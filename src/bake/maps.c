@@ -16,7 +16,8 @@ enum {
     OCCLUSION_RAYS = 24,
     CHECKS = 20000 /* points at which maps are compared with the input */
 };
-static const float OCCLUSION_REACH = 0.25f; /* diagonals that rays of ambient occlusion go */
+static const double BEFORE = 0.15, AFTER = 0.9; /* shares of the work on all maps when texels begin and end */
+static const float OCCLUSION_REACH = 0.25f;     /* diagonals that rays of ambient occlusion go */
 static const struct {
     uint32_t first, channels, bits;
 } layout[QW_MAP_COUNT] = {
@@ -28,6 +29,7 @@ typedef struct baker {
     const qw_look *look;
     qw_maps *made;
     uint32_t maps, tiles, texels, samples, across; /* across: TILEs along a side */
+    uint32_t begin;                                /* of the TILEs that are made now */
     float farthest;
     uint32_t *first, *item; /* triangles by TILE: item[first[i]] .. item[first[i + 1] - 1] */
     uint8_t *covered;       /* uint8_t[tiles][texels][texels]: 1 on charts */
@@ -224,7 +226,7 @@ static void bake_tiles(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     baker *b = user;
     (void)block;
-    for (uint32_t i = begin; i < end; i++) {
+    for (uint32_t i = b->begin + begin; i < b->begin + end; i++) {
         tile_sums sums;
         uint32_t x0 = i % b->across * TILE, y0 = i / b->across % b->across * TILE, tile = i / b->across / b->across;
         uint32_t hint = QW_NONE;
@@ -240,6 +242,18 @@ static void bake_tiles(void *user, uint32_t block, uint32_t begin, uint32_t end)
             put_texel(b, tile, x, y, sums.sum[k], (float)__builtin_popcountll(sums.taken[k]));
         }
     }
+}
+
+/* Some at a time, so that the host hears how far it is. */
+static void bake_all(qw_env *env, baker *b, uint32_t count)
+{
+    enum { PARTS = 40, GRAIN = 4 };
+    uint32_t part = (count / PARTS / GRAIN + 1) * GRAIN;
+    for (b->begin = 0; b->begin < count; b->begin += part) {
+        qw_progress_work(env, BEFORE + (AFTER - BEFORE) * b->begin / count);
+        qw_parallel(env, count - b->begin < part ? count - b->begin : part, GRAIN, bake_tiles, b);
+    }
+    qw_progress_work(env, AFTER);
 }
 
 /* ---- how far the maps are from the input */
@@ -350,7 +364,7 @@ qw_maps qw_bake_maps(qw_env *env, const qw_bake_target *target, const qw_look *l
     b.coded = coded, b.covered = QW_NEW_ZERO(env, uint8_t, (size_t)texels * texels * tiles);
     b.missed = QW_NEW(env, uint32_t, count);
     sort_triangles(env, &b);
-    qw_parallel(env, count, 4, bake_tiles, &b);
+    bake_all(env, &b, count);
     for (uint32_t i = 0; i < count; i++) made.missed += b.missed[i];
     for (size_t i = 0; i < (size_t)texels * texels * tiles; i++) made.texels += b.covered[i];
     check_maps(&b);

@@ -428,6 +428,20 @@ void qw_progress_done(qw_env *env)
     if (env->host.progress) tell(env);
 }
 
+void qw_begin_work(qw_env *env)
+{
+    env->stage = QW_STAGE_COUNT, env->fraction = 0;
+    qw_progress_work(env, 0);
+}
+
+void qw_progress_work(qw_env *env, double fraction)
+{
+    if (fraction > env->fraction) env->fraction = fraction;
+    if (env->host.progress && !tell(env)) qw_cancel(env);
+}
+
+void qw_end_work(qw_env *env) { env->stage = (qw_stage)(QW_STAGE_COUNT - 1), env->fraction = 1; }
+
 void qw_log(qw_env *env, qw_log_level level, const char *format, ...)
 {
     if (!env->host.log) return;

@@ -80,6 +80,12 @@ void qw_progress(qw_env *env, double fraction_of_stage);
 void qw_progress_back(qw_env *env, qw_stage stage);
 /* The run is finished: nothing is left to be cancelled. */
 void qw_progress_done(qw_env *env);
+/* Long work on a finished result: the host is told how far that is, from 0, under the number of no stage
+   (QW_STAGE_COUNT), until qw_end_work, with which the run is finished again. Fails with QW_CANCELLED when told so; what
+   is told never falls. */
+void qw_begin_work(qw_env *env);
+void qw_progress_work(qw_env *env, double fraction);
+void qw_end_work(qw_env *env);
 /* Where 20 ms have gone by without a word, tells the host again how far it is, or unwinds as qw_progress does. qw_alloc
    and qw_parallel call it; so should loops of some length that do neither. */
 void qw_break_silence(qw_env *env);

@@ -26,4 +26,8 @@ static const error_row *row_of(qw_status status)
 const char *qw_status_name(qw_status status) { return row_of(status)->name; }
 const char *qw_status_text(qw_status status) { return row_of(status)->text; }
 int qw_status_exit_code(qw_status status) { return row_of(status)->exit_code; }
-const char *qw_stage_title(qw_stage stage) { return (unsigned)stage < QW_STAGE_COUNT ? stage_titles[stage] : "?"; }
+const char *qw_stage_title(qw_stage stage)
+{
+    if (stage == QW_STAGE_COUNT) return "texture coordinates and maps";
+    return (unsigned)stage < QW_STAGE_COUNT ? stage_titles[stage] : "?";
+}
