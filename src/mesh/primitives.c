@@ -45,12 +45,13 @@ typedef struct finder {
     double sharp;
     double *normal, *area; /* double[faces][3] unit or 0 for slivers; double[faces] */
     uint32_t facet_count;
-    uint32_t *facet;       /* uint32_t[faces] */
-    uint32_t *begin, *of;  /* triangles of each facet: of[begin[i] .. begin[i + 1]) */
-    qw_primitive *plane;   /* qw_primitive[facets] */
-    double *facet_area;    /* double[facets] */
-    uint32_t *seen, stamp; /* uint32_t[vertices]: last gathering that has the vertex */
-    uint32_t *member;      /* uint32_t[faces]: triangles of the one that grows */
+    uint32_t *facet;           /* uint32_t[faces] */
+    uint32_t *begin, *of;      /* triangles of each facet: of[begin[i] .. begin[i + 1]) */
+    uint32_t *rim_begin, *rim; /* half-edges of each facet towards others: rim[rim_begin[i] .. rim_begin[i + 1]) */
+    qw_primitive *plane;       /* qw_primitive[facets] */
+    double *facet_area;        /* double[facets] */
+    uint32_t *seen, stamp;     /* uint32_t[vertices]: last gathering that has the vertex */
+    uint32_t *member;          /* uint32_t[faces]: triangles of the one that grows */
     uint32_t member_count;
     uint32_t *tried;        /* uint32_t[faces]: last growth that has met the triangle */
     double *point, *facing; /* double[vertices][3], double[faces][3]: of the members */
@@ -146,6 +147,20 @@ static void list_members(finder *f)
     for (uint32_t t = 0; t < n; t++) f->of[f->begin[f->facet[t] + 1]++] = t;
 }
 
+static void list_rims(finder *f)
+{
+    const qw_trimesh *m = f->mesh;
+    uint32_t n = 3 * m->face_count, count = 0;
+    f->rim_begin = QW_NEW(f->env, uint32_t, (size_t)f->facet_count + 1), f->rim = QW_NEW(f->env, uint32_t, n);
+    for (uint32_t i = 0; i < f->facet_count; i++) {
+        f->rim_begin[i] = count;
+        for (uint32_t k = f->begin[i]; k < f->begin[i + 1]; k++)
+            for (uint32_t h = 3 * f->of[k]; h < 3 * f->of[k] + 3; h++)
+                if (m->twin[h] != QW_NONE && f->facet[m->twin[h] / 3] != i) f->rim[count++] = h;
+    }
+    f->rim_begin[f->facet_count] = count;
+}
+
 static void make_facets(finder *f)
 {
     uint32_t n = f->mesh->face_count, *stack = QW_NEW(f->env, uint32_t, n);
@@ -154,6 +169,7 @@ static void make_facets(finder *f)
     for (uint32_t i = 0; i < n; i++)
         if (f->facet[order[i]] == QW_NONE) flood_facet(f, order[i], stack);
     list_members(f);
+    list_rims(f);
 }
 
 /* ---- edges */
@@ -300,19 +316,18 @@ static bool runs_alike(const double *a, const double *b)
     return fabs(dot(a, b)) > ALIKE * sqrt(dot(a, a) * dot(b, b));
 }
 
-/* The largest turn at smooth edges of facet i that run along a direction, but for those towards facet `from`. */
-static double turn_beyond(const finder *f, uint32_t i, uint32_t from, const double along[3])
+/* Whether facet i turns so much more at a smooth edge that runs along a direction, but for those towards facet `from`,
+   that `turn` is less bent. */
+static bool is_more_bent(const finder *f, uint32_t i, uint32_t from, const double along[3], double turn)
 {
-    double most = 0;
-    for (uint32_t m = f->begin[i]; m < f->begin[i + 1]; m++)
-        for (uint32_t h = 3 * f->of[m]; h < 3 * f->of[m] + 3; h++) {
-            double e[3];
-            if (!is_smooth(f, h)) continue;
-            uint32_t other = f->facet[f->mesh->twin[h] / 3];
-            edge_of(f, h, e);
-            if (other != i && other != from && runs_alike(e, along)) most = fmax(most, turn_at(f, h));
-        }
-    return most;
+    for (uint32_t k = f->rim_begin[i]; k < f->rim_begin[i + 1]; k++) {
+        uint32_t h = f->rim[k];
+        double e[3];
+        if (f->facet[f->mesh->twin[h] / 3] == from || !is_smooth(f, h)) continue;
+        edge_of(f, h, e);
+        if (runs_alike(e, along) && turn <= LESS_BENT * turn_at(f, h)) return true;
+    }
+    return false;
 }
 
 /* Whether the surface goes on across h less bent than on one of its sides. */
@@ -324,23 +339,31 @@ static bool ends_at(const finder *f, uint32_t h)
     double along[3];
     edge_of(f, h, along);
     double turn = turn_at(f, h);
-    return turn > BREAK ||
-           turn <= LESS_BENT * fmax(turn_beyond(f, own, other, along), turn_beyond(f, other, own, along));
+    return turn > BREAK || turn <= 0 || is_more_bent(f, own, other, along, turn) ||
+           is_more_bent(f, other, own, along, turn);
 }
 
-/* Whether the members, whose f->tried is `stamp`, end for a reason. */
+/* The length of an edge where the members, whose f->tried is `stamp`, end; 0 where they go on. */
+static double end_at(const finder *f, uint32_t stamp, uint32_t h)
+{
+    uint32_t twin = f->mesh->twin[h];
+    if (twin != QW_NONE && f->tried[twin / 3] == stamp) return 0;
+    double e[3];
+    edge_of(f, h, e);
+    return sqrt(dot(e, e));
+}
+
+/* Whether the members, whose f->tried is `stamp`, end for a reason. Decided as soon as the rest changes nothing. */
 static bool ends_well(const finder *f, uint32_t stamp)
 {
-    double length = 0, good = 0;
+    double length = 0, good = 0, bad = 0;
+    for (uint32_t m = 0; m < f->member_count; m++)
+        for (uint32_t h = 3 * f->member[m]; h < 3 * f->member[m] + 3; h++) length += end_at(f, stamp, h);
     for (uint32_t m = 0; m < f->member_count; m++)
         for (uint32_t h = 3 * f->member[m]; h < 3 * f->member[m] + 3; h++) {
-            uint32_t twin = f->mesh->twin[h];
-            if (twin != QW_NONE && f->tried[twin / 3] == stamp) continue;
-            double e[3];
-            edge_of(f, h, e);
-            double here = sqrt(dot(e, e));
-            length += here;
-            if (ends_at(f, h)) good += here;
+            double here = end_at(f, stamp, h);
+            if (here > 0) *(ends_at(f, h) ? &good : &bad) += here;
+            if (bad > (1 - REASON) * length * (1 + 1e-9)) return false;
         }
     return good >= REASON * length;
 }
