@@ -14,7 +14,9 @@ enum {
     FEW_FACETS = 5,
     SPARE_TO_TRY = 1, /* points more than a primitive has freedom, for it to grow, and for it to stay */
     SPARE_TO_STAY = 3,
-    MOST_VAIN = 600 /* facets that are tried in vain, one after another, before the search ends */
+    SAMPLES = 400,     /* triangles that are looked at, to see whether the surface may be a designed one */
+    MOST_SCANNED = 64, /* triangles of a facet whose edges are looked at one by one */
+    MOST_VAIN = 300    /* facets that are tried in vain, one after another, before the search ends */
 };
 /* In the frame, of whose box the diagonal is 1: how far vertices may be off, as files with seven digits have them. */
 static const double OFF = 2e-6;
@@ -37,6 +39,10 @@ static const double BREAK = 0.4226;
 /* Few facets are one only where the largest has no more than so many times the area of the smallest: lines in two
    planes and one between them always lie on a cylinder, if both are alike. */
 static const double UNEVEN = 2.5;
+
+/* Share of these that lie in one plane with a neighbour, and then of the area of facets of more than one triangle, at
+   the least. */
+static const double PAIRED_SHARE = 0.5;
 
 typedef struct finder {
     qw_env *env;
@@ -440,6 +446,7 @@ static void find_round(finder *f)
     for (uint32_t k = 0; k < f->facet_count && vain < MOST_VAIN; k++) {
         uint32_t i = order[k];
         if (f->found.of_face[f->of[f->begin[i]]] != QW_NONE || dot(f->plane[i].axis, f->plane[i].axis) == 0) continue;
+        if (f->begin[i + 1] - f->begin[i] > MOST_POINTS) continue;
         qw_break_silence(f->env);
         if (try_facet(f, i)) vain = 0;
         else vain++;
@@ -462,6 +469,38 @@ static void find_planes(finder *f)
     }
 }
 
+bool qw_may_be_designed(const qw_trimesh *mesh)
+{
+    uint32_t n = mesh->face_count, step = n / SAMPLES + 1, looked = 0, paired = 0;
+    for (uint32_t t = 0; t < n; t += step, looked++) {
+        qw_vec3 cross = qw_face_cross(mesh, t), normal = qw_normalize(cross);
+        float longest = 0;
+        for (uint32_t h = 3 * t; h < 3 * t + 3; h++)
+            longest = fmaxf(longest,
+                            qw_distance(mesh->position[mesh->corner[h]], mesh->position[mesh->corner[qw_next(h)]]));
+        float off = longest > 0 ? fmaxf(3 * (float)LEAST_OFF, (float)FLAT * qw_length(cross) / longest) : 0;
+        bool is_paired = false;
+        for (uint32_t h = 3 * t; h < 3 * t + 3 && !is_paired; h++) {
+            if (mesh->twin[h] == QW_NONE) continue;
+            qw_vec3 apex = mesh->position[mesh->corner[qw_prev(mesh->twin[h])]];
+            is_paired = fabsf(qw_dot(qw_sub(apex, mesh->position[mesh->corner[h]]), normal)) <= off;
+        }
+        paired += is_paired;
+    }
+    return paired >= PAIRED_SHARE * looked;
+}
+
+/* Whether enough of the area is in facets of more than one triangle. */
+static bool has_large_facets(const finder *f)
+{
+    double whole = 0, large = 0;
+    for (uint32_t i = 0; i < f->facet_count; i++) {
+        whole += f->facet_area[i];
+        if (f->begin[i + 1] - f->begin[i] > 1) large += f->facet_area[i];
+    }
+    return large >= PAIRED_SHARE * whole;
+}
+
 qw_primitives qw_find_primitives(qw_env *env, const qw_trimesh *mesh, const double *position, double sharp)
 {
     assert(mesh->twin && position);
@@ -476,8 +515,10 @@ qw_primitives qw_find_primitives(qw_env *env, const qw_trimesh *mesh, const doub
     f.member = QW_NEW(env, uint32_t, n), f.point = QW_NEW(env, double, 3 * (size_t)vertices);
     measure_triangles(&f);
     make_facets(&f);
-    find_round(&f);
-    find_planes(&f);
+    if (has_large_facets(&f)) {
+        find_round(&f);
+        find_planes(&f);
+    }
     double whole = 0, held = 0;
     for (uint32_t t = 0; t < n; t++) whole += f.area[t], held += found.of_face[t] != QW_NONE ? f.area[t] : 0;
     found.count = f.found.count, found.share = whole > 0 ? held / whole : 0;

@@ -20,6 +20,10 @@ typedef struct qw_primitives {
     double share;       /* of the area that is of primitives */
 } qw_primitives;
 
+/* By a sample of triangles, in no time: whether so many lie in one plane with a neighbour that it may be worth looking.
+ */
+bool qw_may_be_designed(const qw_trimesh *mesh);
+
 /* mesh: linked. position: double[mesh->vertex_count][3], in the centred frame, as exactly as the input has them.
    sharp: cosine between the normals of triangles below which their edge is sharp. In the current scope. */
 qw_primitives qw_find_primitives(qw_env *env, const qw_trimesh *mesh, const double *position, double sharp);

@@ -68,6 +68,7 @@ static bool find(exacting *x)
     qw_run_state *run = x->run;
     double angle = run->options.sharp_angle < 0 ? SHARP : run->options.sharp_angle;
     x->surface = run->whole.clean.mesh, x->surface.component = NULL;
+    if (!qw_may_be_designed(&x->surface)) return false;
     take_positions(x);
     x->found = qw_find_primitives(run->env, &x->surface, x->position, qw_cos(angle * QW_PI / 180));
     if (x->found.share < LEAST_SHARE) return false;
