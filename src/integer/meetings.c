@@ -182,7 +182,6 @@ static void trust(qw_env *env, search *s, qw_meeting_counts *counts, double shar
     size_t edges = s->now.source.edge_count;
     qw_int2 *from = QW_NEW(env, qw_int2, edges);
     s->terms.accepts_by_estimate = true;
-    look_around(env, s);
     double before = INFINITY;
     for (int i = 0; i < MOST_STARTS && s->terms.best_score < before; i++) {
         before = s->terms.best_score;
