@@ -15,6 +15,7 @@ enum {
     SPARE_TO_TRY = 1, /* points more than a primitive has freedom, for it to grow, and for it to stay */
     SPARE_TO_STAY = 3,
     SAMPLES = 400,     /* triangles that are looked at, to see whether the surface may be a designed one */
+    MUCH = 12,         /* triangles */
     MOST_SCANNED = 64, /* triangles of a facet whose edges are looked at one by one */
     MOST_VAIN = 300    /* facets that are tried in vain, one after another, before the search ends */
 };
@@ -59,6 +60,7 @@ typedef struct finder {
     uint32_t *seen, stamp;     /* uint32_t[vertices]: last gathering that has the vertex */
     uint32_t *member;          /* uint32_t[faces]: triangles of the one that grows */
     uint32_t member_count;
+    uint8_t *vain;          /* uint8_t[faces]: was of much that grew and was none: it is not begun with again */
     uint32_t *tried;        /* uint32_t[faces]: last growth that has met the triangle */
     double *point, *facing; /* double[vertices][3], double[faces][3]: of the members */
     qw_primitives found;
@@ -409,7 +411,10 @@ static bool try_patch(finder *f, uint32_t i, const trial *patch)
         qw_primitive p;
         if (!fits(&p, kind, patch)) continue;
         grow(f, i, &p);
-        if (!is_certain(f, &p)) continue;
+        if (!is_certain(f, &p)) {
+            for (uint32_t m = 0; f->member_count >= MUCH && m < f->member_count; m++) f->vain[f->member[m]] = 1;
+            continue;
+        }
         keep(f, &p);
         return true;
     }
@@ -433,7 +438,8 @@ static bool try_facet(finder *f, uint32_t i)
     bool has_room = add_facet(f, i, &p);
     for (uint32_t a = 0; a < count && has_room; a++) has_room = add_facet(f, around[a], &p);
     for (uint32_t a = 0; a < count && has_room; a++) {
-        uint32_t more[MOST_AROUND], n = list_around(f, around[a], more);
+        uint32_t more[MOST_AROUND], size = f->begin[around[a] + 1] - f->begin[around[a]];
+        uint32_t n = size > MOST_SCANNED ? 0 : list_around(f, around[a], more);
         for (uint32_t b = 0; b < n && has_room; b++) has_room = more[b] == i || add_facet(f, more[b], &p);
     }
     return has_room && try_patch(f, i, &p);
@@ -446,7 +452,7 @@ static void find_round(finder *f)
     for (uint32_t k = 0; k < f->facet_count && vain < MOST_VAIN; k++) {
         uint32_t i = order[k];
         if (f->found.of_face[f->of[f->begin[i]]] != QW_NONE || dot(f->plane[i].axis, f->plane[i].axis) == 0) continue;
-        if (f->begin[i + 1] - f->begin[i] > MOST_POINTS) continue;
+        if (f->begin[i + 1] - f->begin[i] > MOST_SCANNED || f->vain[f->of[f->begin[i]]]) continue;
         qw_break_silence(f->env);
         if (try_facet(f, i)) vain = 0;
         else vain++;
@@ -512,6 +518,7 @@ qw_primitives qw_find_primitives(qw_env *env, const qw_trimesh *mesh, const doub
     f.normal = QW_NEW(env, double, 3 * (size_t)n), f.area = QW_NEW(env, double, n);
     f.facet = QW_NEW(env, uint32_t, n), f.plane = QW_NEW(env, qw_primitive, n);
     f.seen = QW_NEW_ZERO(env, uint32_t, vertices), f.tried = QW_NEW_ZERO(env, uint32_t, n);
+    f.vain = QW_NEW_ZERO(env, uint8_t, n);
     f.member = QW_NEW(env, uint32_t, n), f.point = QW_NEW(env, double, 3 * (size_t)vertices);
     measure_triangles(&f);
     make_facets(&f);
