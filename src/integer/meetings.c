@@ -20,10 +20,8 @@ static const double FIRST_REACH = 4;
 /* IN_VAIN: attempts without success, one after the other, before the search ends: of 250 that were kept on ten meshes
    two came later. WORK: triangles of all layouts looked at; the search of candidates costs about as much as SEARCH
    attempts. ROOM: triangles for each of the complex. NEAREST_WORK: triangles of the offsets looked at that keep what is
-   held. AT_A_TIME: candidates picked. MOST_STARTS: of the search that trusts, each from the best that the last one
-   found.
-   */
-enum { IN_VAIN = 250, WORK = 600000, SEARCH = 20, ROOM = 4, NEAREST_WORK = 50000, AT_A_TIME = 64, MOST_STARTS = 3 };
+   held. AT_A_TIME: candidates picked. */
+enum { IN_VAIN = 250, WORK = 600000, SEARCH = 20, ROOM = 4, NEAREST_WORK = 50000, AT_A_TIME = 64 };
 /* Bytes of a lane: LANE_LEAST and so many a face that there is room for, which has been enough for 88 meshes. Where
    that is more than LANE_MOST there are no lanes. */
 enum { LANE_LEAST = 1 << 20, LANE_A_FACE = 800, LANE_MOST = 1 << 24 };
@@ -176,21 +174,6 @@ static search begin_search(qw_env *env, const qw_component *component, const qw_
     return s;
 }
 
-/* Searches by estimates, from where the best so far is, as long as that leads to better ones; the layout ends there. */
-static void trust(qw_env *env, search *s, qw_meeting_counts *counts, double share)
-{
-    size_t edges = s->now.source.edge_count;
-    qw_int2 *from = QW_NEW(env, qw_int2, edges);
-    s->terms.accepts_by_estimate = true;
-    double before = INFINITY;
-    for (int i = 0; i < MOST_STARTS && s->terms.best_score < before; i++) {
-        before = s->terms.best_score;
-        make_all(env, s, counts, share);
-        qw_measured_layout_fill(&s->terms, &s->now, memcpy(from, s->best, edges * sizeof *from));
-    }
-    s->terms.accepts_by_estimate = false;
-}
-
 qw_meeting_counts qw_make_meetings(qw_env *env, const qw_component *component, const qw_meeting_wish *wish, qw_int2 *d)
 {
     assert(wish->loops > 0 && wish->loops <= 1 && wish->least_area <= wish->most_area);
@@ -202,7 +185,12 @@ qw_meeting_counts qw_make_meetings(qw_env *env, const qw_component *component, c
     size_t bytes = LANE_LEAST + (size_t)room * LANE_A_FACE;
     s.attempts = qw_attempts_begin(env, &s.terms, s.now.source.real, room, bytes <= LANE_MOST ? bytes : 0);
     qw_meeting_counts counts = {.length_before = (int64_t)s.now.lines};
-    if (edges <= QW_MOST_MOVED_EDGES) trust(env, &s, &counts, wish->share);
+    if (edges <= QW_MOST_MOVED_EDGES) { /* first by estimates, then by measures, from where that ended */
+        s.terms.accepts_by_estimate = true;
+        make_all(env, &s, &counts, wish->share);
+        s.terms.accepts_by_estimate = false;
+        qw_measured_layout_fill(&s.terms, &s.now, memcpy(QW_NEW(env, qw_int2, edges), s.best, edges * sizeof *s.best));
+    }
     make_all(env, &s, &counts, wish->share);
     memcpy(d, s.best, edges * sizeof *d);
     counts.length_after = (int64_t)s.best_lines;

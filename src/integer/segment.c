@@ -2,7 +2,6 @@
 
 #include <assert.h>
 #include <math.h>
-#include <math.h>
 #include <stdlib.h>
 
 /* At most: edges that one segment crosses, pieces of a segment, flips for each edge that a piece crosses. Of 12,000
