@@ -15,9 +15,6 @@
 static const double SHARP = 40;
 /* Share of the area that must be of primitives: a part of which less is, is not designed of them. */
 static const double LEAST_SHARE = 0.5;
-/* Surfaces of more triangles are scans and what generators make: to look for primitives there takes several times as
-   long as the rest of the run. */
-enum { MOST_TRIANGLES = 500000 };
 /* In the frame: a vertex of the clean surface is the one of the input that is so near. */
 static const double SAME = 1e-6;
 
@@ -59,7 +56,7 @@ static bool is_asked(const qw_run_state *run)
 {
     const qw_clean *clean = &run->whole.clean;
     return run->options.exact && run->options.repair && run->options.relax && clean->wrapped == 0 &&
-           clean->own.count == 0 && clean->mesh.face_count <= MOST_TRIANGLES && run->finished.face_count > 0;
+           clean->own.count == 0 && run->finished.face_count > 0;
 }
 
 /* False where the surface is no designed one. */
