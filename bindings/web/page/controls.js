@@ -6,7 +6,7 @@ const WITHOUT = ['faces', 'vertices', 'edge_length', 'ratio', 'threads'];
 const FIRST = ['follow', 'density', 'symmetry', 'adaptive', 'sharp_angle', 'smoothness', 'loops', 'wrap'];
 /* Values that mean something else than a number. */
 const WORDS = { sharp_angle: { '-1': 'auto', 180: 'none' } };
-/* The step of sliders: from here in reals; counts go by one, and get a number field where they have a wide range. */
+/* The step of sliders: from here in reals; counts go by one, and get a number field where they have a wide range, or a default that no step of a slider meets. */
 const REAL_STEPS = 100, MOST_OF_SLIDER = 1000;
 
 /* Names that say more than the option's own. */
@@ -21,8 +21,9 @@ function element(name, properties = {}, ...children) {
 }
 
 function numeric(row, value) {
-  const wide = row.most - row.least > MOST_OF_SLIDER, whole = row.kind === 'count';
-  const step = whole ? 1 : row.name === 'sharp_angle' ? 1 : Number(((row.most - row.least) / REAL_STEPS).toPrecision(1));
+  const whole = row.kind === 'count', step = whole || row.name === 'sharp_angle' ? 1 : Number(((row.most - row.least) / REAL_STEPS).toPrecision(1));
+  const steps = (row.initial - row.least) / step; // a slider would move a default that lies between two of its steps
+  const wide = row.most - row.least > MOST_OF_SLIDER || Math.abs(steps - Math.round(steps)) > 1e-6;
   return element('input', { type: wide ? 'number' : 'range', min: row.least, max: row.most, step: wide && !whole ? 'any' : step, value });
 }
 
