@@ -7,7 +7,25 @@ export interface Options {
   preset?: /* PRESETS */;
   /** borders that edges of the result follow, of a surface that was loaded from a file: seams, materials, groups, objects or names of attributes */
   keep?: string | string[];
+  /** texture coordinates of the result's own, "uv", instead of those of the input */
+  unwrap?: boolean;
+  /** maps on such coordinates of what the input looks like: "input" (normals, and what its materials, textures and colours have), "all", or any of color, normal, orm, emission, occlusion and height */
+  bake?: string | string[] | null;
   /* OPTIONS */
+}
+
+export interface Picture {
+  width: number;
+  height: number;
+  channels: number;
+  /** 8, or 16 of the height map */
+  bits: number;
+  /** the upper row first; colours are sRGB */
+  pixels: Uint8Array | Uint16Array;
+}
+
+export interface Asset {
+  /* ASSET */
 }
 
 export interface Topology {
@@ -74,6 +92,10 @@ export interface Result {
   report: Report;
   /** those of the input, carried over */
   attributes: Record<string, CarriedAttribute>;
+  /** figures of the texture coordinates and maps, where the result has its own */
+  asset?: Asset;
+  /** what was baked, by name; of several tiles "color.1002" and so on */
+  maps?: Record<string, Picture>;
 }
 
 export interface SurfaceOptions {
@@ -122,8 +144,10 @@ export interface Tables {
   version: string;
   statuses: { status: string; text: string; exitCode: number }[];
   options: { name: string; kind: 'count' | 'real' | 'flag' | 'choice'; initial: number; least: number; most: number; unit: string; choices: string[] | null; help: string }[];
+  /** those of texture coordinates and maps */
+  assetOptions: { name: string; kind: 'count' | 'real' | 'flag' | 'choice'; initial: number; least: number; most: number; unit: string; choices: string[] | null; help: string }[];
   presets: { name: string; settings: string; help: string }[];
-  fields: Record<'report' | 'topology' | 'quality', { name: string; unit: string; help: string; whole: boolean; optional: boolean }[]>;
+  fields: Record<'report' | 'topology' | 'quality' | 'asset', { name: string; unit: string; help: string; whole: boolean; optional: boolean }[]>;
 }
 
 /** Loads the module, once. wasm: where the package cannot find it by itself. threads: of each Worker; 0 (default): one for each processor, up
@@ -136,6 +160,9 @@ export const CANCEL: 'cancel';
 
 /** Remeshes in a Worker that ends with the call. indices null: every three positions are a triangle. */
 export function remesh(positions: Numbers, indices: Numbers | null, options?: RemeshOptions): Promise<Result>;
+
+/** Quads with texture coordinates of their own, and maps: remesh with bake "input". */
+export function asset(positions: Numbers, indices: Numbers | null, options?: RemeshOptions): Promise<Result>;
 
 /** The same on the calling thread. progress returns CANCEL to cancel. */
 export function remeshSync(

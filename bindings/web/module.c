@@ -40,6 +40,12 @@ typedef struct session {
     uint32_t carried_count;
     qw_transfer_report transfer;
 
+    qw_attribute *own;     /* qw_attribute[carried_count]: with texture coordinates of the result's own; NULL: none */
+    const qw_image *image; /* qw_image[images]: maps of the result; NULL: none were baked */
+    uint32_t images;
+    qw_asset_report asset;
+    qw_asset_options of_asset;
+
     qw_options options;
     char notes[MOST_NOTES][NOTE_SIZE]; /* what the reader warned of */
     uint32_t note_count;
@@ -103,8 +109,16 @@ session *EXPORT(web_open)(size_t memory_limit)
     return NULL;
 }
 
+static void drop_result(session *s)
+{
+    free(s->own);
+    s->own = NULL, s->image = NULL, s->images = 0;
+    s->carried = NULL, s->carried_count = 0, s->transfer = (qw_transfer_report){0};
+}
+
 static void drop_surface(session *s)
 {
+    drop_result(s);
     qw_mesh_destroy(s->file);
     for (int i = 0; i < 4; i++) free(s->array[i]);
     for (uint32_t i = 0; i < s->given_count; i++) {
@@ -114,7 +128,6 @@ static void drop_surface(session *s)
     s->file = NULL, s->of_points = false, s->input = (qw_mesh_view){.size = sizeof s->input};
     memset(s->array, 0, sizeof s->array);
     s->given_count = s->note_count = 0;
-    s->carried = NULL, s->carried_count = 0;
 }
 
 void EXPORT(web_close)(session *s)
@@ -264,7 +277,11 @@ static const qw_attribute *attributes_of_input(const session *s, uint32_t *count
 
 /* ---- remeshing */
 
-void EXPORT(web_reset_options)(session *s) { qw_options_init(&s->options); }
+void EXPORT(web_reset_options)(session *s)
+{
+    qw_options_init(&s->options);
+    qw_asset_options_init(&s->of_asset);
+}
 
 int EXPORT(web_set_option)(session *s, const char *name, const char *value)
 {
@@ -273,9 +290,17 @@ int EXPORT(web_set_option)(session *s, const char *name, const char *value)
     return fail(s, status, status == QW_OK ? "" : message);
 }
 
+/* One of texture coordinates and maps. */
+int EXPORT(web_set_asset_option)(session *s, const char *name, const char *value)
+{
+    char message[256];
+    qw_status status = qw_asset_option_set(&s->of_asset, name, value, message, sizeof message);
+    return fail(s, status, status == QW_OK ? "" : message);
+}
+
 int EXPORT(web_run)(session *s)
 {
-    s->carried = NULL, s->carried_count = 0;
+    drop_result(s);
     if (s->of_points && !s->options.wrap)
         return fail(s, QW_NO_FACES, "there are points and no faces: they become a surface with the option wrap");
     return settle(s, qw_run(s->context, &s->options));
@@ -291,6 +316,67 @@ int EXPORT(web_carry)(session *s)
     s->carried_count = status == QW_OK ? count : 0;
     return settle(s, status);
 }
+
+/* Texture coordinates of the result's own instead of those that were carried, and with maps the normals that these
+ * bend. Labels of materials are borders of charts, unless maps will make one material of all. */
+static qw_status unwrap(session *s, int bakes)
+{
+    uint32_t kept = 0;
+    const int32_t *borders = NULL;
+    s->own = calloc(s->carried_count + (size_t)2, sizeof *s->own);
+    if (!s->own) return QW_MEMORY;
+    for (uint32_t i = 0; i < s->carried_count; i++) {
+        const qw_attribute *a = &s->carried[i];
+        if (a->kind != QW_UVS && !(bakes && a->kind == QW_NORMALS)) s->own[kept++] = *a;
+        if (!bakes && a->kind == QW_LABELS && a->domain == QW_PER_FACE && !strcmp(a->name, "material"))
+            borders = a->labels;
+    }
+    qw_status status = qw_unwrap(s->context, &s->of_asset, borders, &s->own[kept++], &s->asset);
+    if (status == QW_OK && bakes) status = qw_get_normals(s->context, QW_SHADING_SPLIT, &s->own[kept++]);
+    s->carried = s->own, s->carried_count = kept;
+    return status;
+}
+
+/* Of arrays the colours come along, of points too. */
+static int bake(session *s, uint32_t maps)
+{
+    qw_mesh *source = s->given_count == 0 ? s->file : NULL;
+    if (!source) {
+        qw_host host = host_of(s);
+        qw_status status = qw_mesh_wrap(&s->input, s->given, s->given_count, NULL, NULL, &host, &source);
+        if (status != QW_OK) fail(s, status, qw_mesh_message(source)), qw_mesh_destroy(source);
+        if (status != QW_OK) return (int)status;
+    }
+    int status = settle(s, qw_bake(s->context, source, maps, &s->image, &s->images, &s->asset));
+    if (source != s->file) qw_mesh_destroy(source);
+    return status;
+}
+
+/* After web_carry; maps: their names, as the command line has them, or NULL: texture coordinates alone. */
+int EXPORT(web_unwrap)(session *s, const char *maps)
+{
+    char message[256];
+    uint32_t bits = 0;
+    qw_status named = maps ? qw_maps_named(maps, &bits, message, sizeof message) : QW_OK;
+    if (named != QW_OK) return fail(s, named, message);
+    int status = settle(s, unwrap(s, maps != NULL));
+    if (status == QW_OK && maps) status = bake(s, bits);
+    if (status != QW_OK) drop_result(s);
+    return status;
+}
+
+uint32_t EXPORT(web_image_count)(const session *s) { return s->images; }
+
+/* which: 0 tile, 1 width, 2 height, 3 channels, 4 bits */
+uint32_t EXPORT(web_image_number)(const session *s, uint32_t i, int which)
+{
+    const qw_image *m = &s->image[i];
+    const uint32_t numbers[] = {m->tile, m->width, m->height, m->channels, m->bits};
+    return numbers[which];
+}
+
+const char *EXPORT(web_image_name)(const session *s, uint32_t i) { return qw_map_name(s->image[i].map); }
+const void *EXPORT(web_image_pixels)(const session *s, uint32_t i) { return s->image[i].pixels; }
 
 /* ---- what came out, and what went in (of_input) */
 
@@ -369,6 +455,11 @@ static const char *make_text(session *s, size_t (*write)(const void *what, char 
 static size_t write_report(const void *what, char *text, size_t size) { return qw_report_json(what, text, size); }
 static size_t write_run(const void *what, char *text, size_t size) { return qw_run_json(what, text, size); }
 
+static size_t write_asset(const void *what, char *text, size_t size) { return qw_asset_json(what, text, size); }
+
+/* Figures of texture coordinates and maps, as JSON; NULL: no memory, or there are none. */
+const char *EXPORT(web_asset_report)(session *s) { return s->own ? make_text(s, write_asset, &s->asset) : NULL; }
+
 /* As JSON; NULL: no memory. */
 const char *EXPORT(web_report)(session *s) { return make_text(s, write_report, qw_get_report(s->context)); }
 
@@ -393,15 +484,19 @@ const char *EXPORT(web_measured_report)(session *s, const char *input, const cha
                        .options = &s->options,
                        .report = qw_get_report(s->context),
                        .quality = &quality};
-    if (s->carried_count > 0) run.transfer = &s->transfer;
+    if (s->transfer.size) run.transfer = &s->transfer;
+    if (s->own) run.asset = &s->asset;
     return make_text(s, write_run, &run);
 }
 
-/* The result as the command line tool writes it, with its attributes unless bare. */
+/* The result as the command line tool writes it, with its attributes and maps unless bare; other formats than glTF hold
+ * no pictures here. */
 int EXPORT(web_save)(session *s, int format, int bare)
 {
     int status = bare ? QW_OK : web_carry(s);
     if (status != QW_OK) return status;
+    if (!bare && s->images && (format == QW_FORMAT_GLB || format == QW_FORMAT_GLTF))
+        return settle(s, qw_save_asset(s->context, s->carried, s->carried_count, "-", (qw_format)format));
     return settle(s, qw_save_from(s->context, bare ? NULL : s->carried, bare ? 0 : s->carried_count,
                                   bare ? NULL : s->file, "-", (qw_format)format));
 }
@@ -417,12 +512,19 @@ int EXPORT(web_status_exit_code)(int status) { return qw_status_exit_code((qw_st
 
 const char *EXPORT(web_stage_title)(int stage) { return qw_stage_title((qw_stage)stage); }
 
-int EXPORT(web_option_count)(void) { return (int)qw_option_count(); }
+/* Options: those of the library, and behind them those of texture coordinates and maps. */
+int EXPORT(web_option_count)(int of_asset) { return (int)(of_asset ? qw_asset_option_count() : qw_option_count()); }
+
+static const qw_option_info *option_at(int option)
+{
+    size_t own = qw_option_count(), i = (size_t)option;
+    return i < own ? qw_option_at(i) : qw_asset_option_at(i - own);
+}
 
 /* which: 0 name, 1 unit, 2 choices (NULL where there are none), 3 help */
 const char *EXPORT(web_option_text)(int option, int which)
 {
-    const qw_option_info *o = qw_option_at((size_t)option);
+    const qw_option_info *o = option_at(option);
     const char *const texts[] = {o->name, o->unit, o->choices, o->help};
     return texts[which];
 }
@@ -430,7 +532,7 @@ const char *EXPORT(web_option_text)(int option, int which)
 /* which: 0 kind, 1 initial, 2 least, 3 most */
 double EXPORT(web_option_number)(int option, int which)
 {
-    const qw_option_info *o = qw_option_at((size_t)option);
+    const qw_option_info *o = option_at(option);
     const double numbers[] = {(double)o->kind, o->initial, o->least, o->most};
     return numbers[which];
 }

@@ -217,7 +217,17 @@ function readTables(m) {
       });
     return rows;
   };
-  const [report, topology, quality] = [0, 1, 2].map(fieldsOf);
+  const [report, topology, quality, asset] = [0, 1, 2, 3].map(fieldsOf);
+  const optionAt = (i) => ({
+    name: m.text(e.web_option_text(i, 0)),
+    kind: OPTION_KINDS[e.web_option_number(i, 0)],
+    initial: e.web_option_number(i, 1),
+    least: e.web_option_number(i, 2),
+    most: e.web_option_number(i, 3),
+    unit: m.text(e.web_option_text(i, 1)),
+    choices: m.text(e.web_option_text(i, 2))?.split('|') ?? null,
+    help: m.text(e.web_option_text(i, 3)),
+  });
   return {
     version: m.text(e.web_version()),
     statuses: count(e.web_status_count(), (i) => ({
@@ -225,22 +235,14 @@ function readTables(m) {
       text: m.text(e.web_status_text(i)),
       exitCode: e.web_status_exit_code(i),
     })),
-    options: count(e.web_option_count(), (i) => ({
-      name: m.text(e.web_option_text(i, 0)),
-      kind: OPTION_KINDS[e.web_option_number(i, 0)],
-      initial: e.web_option_number(i, 1),
-      least: e.web_option_number(i, 2),
-      most: e.web_option_number(i, 3),
-      unit: m.text(e.web_option_text(i, 1)),
-      choices: m.text(e.web_option_text(i, 2))?.split('|') ?? null,
-      help: m.text(e.web_option_text(i, 3)),
-    })),
+    options: count(e.web_option_count(0), optionAt),
+    assetOptions: count(e.web_option_count(1), (i) => optionAt(i + e.web_option_count(0))),
     presets: count(e.web_preset_count(), (i) => ({
       name: m.text(e.web_preset_text(i, 0)),
       settings: m.text(e.web_preset_text(i, 1)),
       help: m.text(e.web_preset_text(i, 2)),
     })),
-    fields: { report, topology, quality },
+    fields: { report, topology, quality, asset },
   };
 }
 
@@ -437,15 +439,34 @@ export class Session {
     if (keep) this.mark([keep].flat().join(',').split(',').map((word) => BORDERS[word.trim()] ?? word.trim()).join(','));
     const own = { ...(this.marked && { sharp_marks: true }), ...(keep && { keep_marks: true }) };
     for (const [name, value] of Object.entries({ ...own, ...rest })) {
-      const row = tables.options.find((option) => option.name === name);
+      const ofAsset = tables.assetOptions.find((option) => option.name === name), row = ofAsset ?? tables.options.find((option) => option.name === name);
       if (!row) throw argument(`there is no option ${name}`);
       if (value === undefined || value === null) continue;
-      this.module.withText(name, (n) => this.module.withText(optionText(row, value), (v) => this.call('web_set_option', n, v)));
+      const set = ofAsset ? 'web_set_asset_option' : 'web_set_option';
+      this.module.withText(name, (n) => this.module.withText(optionText(row, value), (v) => this.call(set, n, v)));
     }
   }
 
+  /* Texture coordinates of the result's own, and maps where bake names some. */
+  unwrap(bake) {
+    if (!bake) return void this.call('web_unwrap', 0);
+    const names = [bake].flat().join(',');
+    this.module.withText(names, (text) => this.call('web_unwrap', text));
+  }
+
+  /* {name: {width, height, channels, bits, pixels}}, the upper row first; of tile 1 and so on "color.1002". */
+  maps() {
+    const m = this.module, e = m.exports, all = {};
+    for (let i = 0; i < e.web_image_count(this.pointer); i++) {
+      const [tile, width, height, channels, bits] = [0, 1, 2, 3, 4].map((k) => e.web_image_number(this.pointer, i, k) >>> 0);
+      const pixels = m.copy(e.web_image_pixels(this.pointer, i), width * height * channels, bits === 16 ? Uint16Array : Uint8Array);
+      all[m.text(e.web_image_name(this.pointer, i)) + (tile ? `.${1001 + tile}` : '')] = { width, height, channels, bits, pixels };
+    }
+    return all;
+  }
+
   /* progress(stage, fraction) returns CANCEL to cancel. */
-  run(options = {}, { progress = null, log = null } = {}) {
+  run({ unwrap = false, bake = null, ...options } = {}, { progress = null, log = null } = {}) {
     const m = this.module;
     this.setOptions(options);
     let thrown = null; // of a hook: the module is left as it is left by a run that was cancelled, not in the middle
@@ -461,6 +482,7 @@ export class Session {
     try {
       this.call('web_run');
       this.call('web_carry');
+      if (unwrap || bake) this.unwrap(bake);
     } catch (error) {
       throw thrown ? thrown.error : error;
     } finally {
@@ -468,7 +490,11 @@ export class Session {
     }
     if (thrown) throw thrown.error;
     const { positions, indices, faceSizes } = this.mesh(0), report = this.report();
-    return { positions, ...parted(indices, faceSizes, report.kept_faces), report, attributes: this.attributes(0) };
+    return { positions, ...parted(indices, faceSizes, report.kept_faces), report, attributes: this.attributes(0), ...this.assetOf(unwrap || bake) };
+  }
+
+  assetOf(isThere) {
+    return isThere ? { asset: JSON.parse(this.module.text(this.module.exports.web_asset_report(this.pointer))), maps: this.maps() } : {};
   }
 
   report() {

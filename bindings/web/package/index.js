@@ -244,6 +244,9 @@ export async function remesh(positions, indices, options = {}) {
   }
 }
 
+/* Quads with texture coordinates of their own, and maps on them of what the surface looks like. */
+export const asset = (positions, indices, options = {}) => remesh(positions, indices, { bake: 'input', ...options });
+
 /* The same on the calling thread, as in a Worker of one's own: progress returns CANCEL to cancel. */
 export function remeshSync(positions, indices, options = {}) {
   const { faceSize, faceSizes, markedEdges, attributes, progress, log, memoryLimit, density, guides, region, ...library } = options;

@@ -61,7 +61,14 @@ function setCount(count, fromSlider = false) {
 
 /* ---- settings */
 
-const options = () => ({ faces: Number($('count-number').value), ...state.controls.values });
+const ofMaps = () => ($('bake').checked ? { bake: 'input', texture: Number($('texture').value) } : {});
+const options = () => ({ faces: Number($('count-number').value), ...state.controls.values, ...ofMaps() });
+
+function setMaps({ bake, texture }) {
+  $('bake').checked = Boolean(bake);
+  if ([...$('texture').options].some(({ value }) => value === String(texture))) $('texture').value = texture;
+  $('texture-label').hidden = $('maps-hint').hidden = !bake;
+}
 
 const fileName = () => state.surface?.name ?? 'mesh.obj';
 const baseName = () => fileName().replace(/\.[^.]*$/, '');
@@ -104,7 +111,8 @@ function settingsOfLink() {
   }
   const faces = Number(parameters.get('faces')), sample = parameters.get('sample');
   const guides = parameters.getAll('guide').map(linkedGuide).filter(Boolean);
-  return { sample: sample in SAMPLES ? sample : null, guides, faces: Number.isInteger(faces) && faces >= 4 && faces <= MOST ? faces : 0, given };
+  const maps = { bake: parameters.get('bake') === 'input', texture: Number(parameters.get('texture')) };
+  return { sample: sample in SAMPLES ? sample : null, guides, maps, faces: Number.isInteger(faces) && faces >= 4 && faces <= MOST ? faces : 0, given };
 }
 
 /* ---- surfaces */
@@ -211,7 +219,8 @@ async function make(remesher, given, what) {
 /* The options of what the quads are compared with, or null where it is the input. */
 function otherOptions() {
   if ($('layout').value === 'result' || $('against').value === 'input') return null;
-  return $('against').value === 'paper' ? { ...options(), ...PAPER } : (state.kept ?? options());
+  const { bake, texture, ...given } = $('against').value === 'paper' ? { ...options(), ...PAPER } : (state.kept ?? options());
+  return given; // quads are compared, without maps
 }
 
 async function surfaceInto(remesher) {
@@ -258,7 +267,7 @@ async function work(signal) {
 
 /* Something to look at while the first quads of a surface are made. */
 async function showDraft(given) {
-  const draft = await make(state.remesher, { ...given, fast: 'draft' }, 'making a draft');
+  const draft = await make(state.remesher, { ...given, fast: 'draft', bake: null }, 'making a draft');
   state.view?.showQuads('right', draft.result, draft.structure);
 }
 
@@ -266,9 +275,11 @@ function showResult(milliseconds) {
   const { result, structure } = state.result, { topology } = result.report, count = result.quads.length / 4;
   state.view?.showQuads('right', result, structure);
   for (const format of ['obj', 'ply', 'glb', 'json']) $(`save-${format}`).disabled = false;
+  const { asset } = result, off = asset?.color_error === null ? '' : `, colours ${asset?.color_error.toFixed(1)} of 255`;
+  const maps = asset ? ` ${asset.charts} charts; the maps' normals are ${asset.normal_error.toFixed(1)} degrees off${off}.` : '';
   const warnings = result.report.warnings.map((text) => sentence(text)).join(' ');
   const edge = topology.irregular_boundary ? ` and ${topology.irregular_boundary} on boundaries` : ''; // as the report counts them
-  say(`${count} quads with ${topology.irregular} irregular vertices${edge} in ${(milliseconds / 1000).toFixed(1)}\u00a0s. ${warnings}`);
+  say(`${count} quads with ${topology.irregular} irregular vertices${edge} in ${(milliseconds / 1000).toFixed(1)}\u00a0s.${maps} ${warnings}`);
 }
 
 function showFigures() {
@@ -366,7 +377,7 @@ function bindPicture() {
     showDivider();
     view.ask();
   });
-  for (const what of ['shaded', 'wires', 'irregular', 'base', 'plane'])
+  for (const what of ['shaded', 'maps', 'wires', 'irregular', 'base', 'plane'])
     $(what).addEventListener('change', () => {
       view.shows[what] = $(what).checked;
       view.paint();
@@ -435,8 +446,14 @@ function bindSettings() {
   });
   $('run').addEventListener('click', run);
   $('cancel').addEventListener('click', () => state.abort?.abort());
+  for (const name of ['bake', 'texture'])
+    $(name).addEventListener('change', () => {
+      setMaps({ bake: $('bake').checked, texture: $('texture').value });
+      run();
+    });
   $('reset').addEventListener('click', () => {
     state.controls.values = {};
+    setMaps({});
     run();
   });
   $('keep').addEventListener('click', () => {
@@ -484,6 +501,7 @@ async function start() {
   document.documentElement.dataset.ready = Math.round(performance.now());
   const link = settingsOfLink();
   state.controls.values = link.given;
+  setMaps(link.maps);
   if ('serviceWorker' in navigator && import.meta.env.PROD) navigator.serviceWorker.register('./sw.js');
   state.linkedGuides = link.guides;
   await openSample(link.sample ?? 'bracket', link.faces);

@@ -5,7 +5,7 @@ const CHOSEN = [
   ['quality', 'hausdorff'], ['quality', 'patches'], ['topology', 'boundary_loops'], ['report', 'seconds'],
 ];
 
-const figuresOf = ({ report }) => ({ report: report.report, topology: report.report.topology, quality: report.quality });
+const figuresOf = ({ report, result }) => ({ report: report.report, topology: report.report.topology, quality: report.quality, asset: result.asset });
 
 function format(value) {
   if (value === null || value === undefined) return 'none';
@@ -37,7 +37,7 @@ function table(rows, fields, all) {
 
 export function showReport(parent, fields, result, compared) {
   const all = [result, compared].filter((one) => one?.report).map(figuresOf);
-  const every = Object.entries(fields).flatMap(([record, rows]) => rows.map(({ name }) => [record, name]));
+  const every = Object.entries(fields).filter(([record]) => all.some((figures) => figures[record])).flatMap(([record, rows]) => rows.map(({ name }) => [record, name]));
   const details = document.createElement('details');
   details.open = parent.querySelector('details')?.open ?? false;
   details.append(cell('summary', 'All figures'), table(every, fields, all));

@@ -1,8 +1,8 @@
 /* The picture: while the surface is painted or drawn on, that and the quads beside it; otherwise a surface or quads on the left, quads on the right, beside one another or wiped, under one camera. Drawn when something has
  * changed, never otherwise. */
 import {
-  BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, Group, HemisphereLight, Line, LineBasicMaterial, LineLoop, LineSegments,
-  Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, PlaneGeometry, Points, PointsMaterial, Raycaster, Scene, Vector2, Vector3,
+  BufferAttribute, BufferGeometry, Color, DataTexture, DirectionalLight, DoubleSide, Group, HemisphereLight, Line, LineBasicMaterial, LineLoop, LineSegments,
+  LinearFilter, LinearMipmapLinearFilter, Mesh, MeshBasicMaterial, MeshLambertMaterial, MeshStandardMaterial, PerspectiveCamera, PlaneGeometry, Points, PointsMaterial, Raycaster, Scene, SRGBColorSpace, Vector2, Vector3,
   WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
@@ -35,9 +35,32 @@ function discs(parameters) {
   return material;
 }
 
+/* A map as three.js has it: four channels, the lower row first. */
+function textureOf({ width, height, channels, pixels }, isColour) {
+  const data = new Uint8Array(4 * width * height).fill(255);
+  for (let y = 0, at = 0; y < height; y++)
+    for (let x = 0; x < width; x++, at += channels)
+      for (let k = 0; k < channels; k++) data[4 * ((height - 1 - y) * width + x) + k] = pixels[at + k];
+  const texture = new DataTexture(data, width, height);
+  Object.assign(texture, { magFilter: LinearFilter, minFilter: LinearMipmapLinearFilter, generateMipmaps: true, anisotropy: 4, needsUpdate: true });
+  if (isColour) texture.colorSpace = SRGBColorSpace;
+  return texture;
+}
+
+/* The maps of a result as a material, as its GLB holds them. */
+function materialOf({ color, normal, orm, emission }) {
+  const material = new MeshStandardMaterial({ side: DoubleSide, roughness: orm ? 1 : 0.8, metalness: orm ? 1 : 0, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
+  if (color) material.map = textureOf(color, true);
+  if (normal) material.normalMap = textureOf(normal, false);
+  if (orm) material.roughnessMap = material.metalnessMap = textureOf(orm, false);
+  if (emission) (material.emissiveMap = textureOf(emission, true)), material.emissive.set(1, 1, 1);
+  return material;
+}
+
 function emptied(group) {
   group.traverse((object) => {
     object.geometry?.dispose();
+    for (const map of ['map', 'normalMap', 'roughnessMap', 'emissiveMap']) object.material?.[map]?.dispose();
     object.material?.dispose();
   });
   group.clear();
@@ -65,7 +88,7 @@ export class View {
     this.controls.addEventListener('change', () => this.ask());
     this.layout = 'result';
     this.wipe = 0.5;
-    this.shows = { shaded: true, wires: true, irregular: true, base: false, plane: true };
+    this.shows = { shaded: true, maps: true, wires: true, irregular: true, base: false, plane: true };
     this.panes = { left: this.makePane(), right: this.makePane(), input: this.makePane() };
     this.tool = false; // whether the surface is painted or drawn on
     this.caster = new Raycaster();
@@ -148,6 +171,21 @@ export class View {
     const positions = this.placed(result.positions), quads = trianglesOf({ indices: result.quads, faceSize: 4 });
     const others = result.rest ? trianglesOf(result.rest) : [], index = Uint32Array.from([...quads, ...others]);
     this.fill(side, { positions, geometry: geometryOf(positions, index), lines: structure.edges, structure });
+    if (result.maps?.normal && !result.rest) this.dress(side, result, index);
+  }
+
+  /* The quads as their maps show them, in the place of the plain ones. */
+  dress(side, { maps, attributes: { uv, normal } }, index) {
+    const { content, group } = this.panes[side], corners = [], geometry = content.mesh.geometry.clone();
+    for (let c = 0; c < (index.length / 6) * 4; c += 4) corners.push(c, c + 1, c + 2, c, c + 2, c + 3); // as trianglesOf cuts them
+    for (const [name, { values }, size] of [['uv', uv, 2], ['normal', normal, 3]]) {
+      const out = new Float32Array(size * corners.length);
+      corners.forEach((c, i) => out.set(values.subarray(size * c, size * c + size), size * i));
+      geometry.setAttribute(name, new BufferAttribute(out, size));
+    }
+    content.dressed = new Mesh(geometry, materialOf(maps));
+    group.add(content.dressed);
+    this.paint();
   }
 
   fill(side, { positions, geometry, lines, structure }) {
@@ -282,6 +320,7 @@ export class View {
       if (!content) continue;
       content.mesh.material.color = content.mesh.material.vertexColors ? new Color(1, 1, 1) : colour(this.shows.shaded ? 'mesh' : 'paper');
       content.mesh.material.emissive = this.shows.shaded || content.mesh.material.vertexColors ? new Color(0) : colour('paper');
+      if (content.dressed) (content.dressed.visible = this.shows.maps), (content.mesh.visible = !this.shows.maps);
       content.wires.material.color = colour(this.shows.shaded ? 'wire' : 'ink');
       content.wires.visible = this.shows.wires;
       if (!content.structure) continue;
@@ -337,7 +376,7 @@ export class View {
     this.aim(part[2], height);
     const caster = new Raycaster();
     caster.setFromCamera(new Vector2(((x - part[1]) / part[2]) * 2 - 1, 1 - (y / height) * 2), this.camera);
-    const hit = caster.intersectObject(pane.content.mesh)[0];
+    const hit = caster.intersectObject(pane.content.mesh)[0]; // also where its maps are shown
     if (!hit) return null;
     const { quads } = pane.content.structure, quad = Math.floor(hit.faceIndex / 2), p = pane.content.positions;
     const at = (c) => new Vector3().fromArray(p, 3 * quads[c]);

@@ -418,3 +418,30 @@ test('a BufferGeometry goes in and comes out', async () => {
   const again = await quadwright.remesh(...fromGeometry(geometry, { faces: 300 }));
   assert.ok(again.quads.length > 0);
 });
+
+test('assets: texture coordinates, maps and files are those of the native tool', async () => {
+  const { asset, Remesher, init } = quadwright;
+  const { assetOptions } = await init();
+  assert.ok(assetOptions.some(({ name }) => name === 'texture'));
+  const source = shape('knot', 1000);
+  native('asset', source, '-o', 'asset.glb', '--faces', '200', '--texture', '128', '--json', 'asset.json');
+  const remesher = new Remesher();
+  const mesh = await remesher.load(readFileSync(source));
+  const result = await remesher.remesh({ faces: 200, bake: 'input', texture: 128 });
+  assert.deepEqual(Buffer.from(await remesher.save('glb')), read('asset.glb'));
+  assert.deepEqual(result.asset, JSON.parse(read('asset.json')).asset);
+  assert.deepEqual(Object.keys(result.maps), ['normal']);
+  assert.equal(result.maps.normal.pixels.length, 3 * 128 * 128);
+  assert.equal(result.attributes.uv.values.length, 2 * result.quads.length);
+  const unwrapped = await remesher.remesh({ faces: 200, unwrap: true });
+  assert.ok(unwrapped.asset.charts > 1 && !Object.keys(unwrapped.maps).length);
+  await assert.rejects(remesher.remesh({ faces: 200, bake: 'colour' }), { status: 'ARGUMENT', message: /bake must be input, all/ });
+  await assert.rejects(remesher.remesh({ faces: 200, bake: 'input', texture: 7 }), { status: 'OPTION', message: /texture/ });
+  const plain = await remesher.remesh({ faces: 200 });
+  assert.ok(!plain.asset && !plain.maps);
+  remesher.close();
+  const colours = Float32Array.from({ length: mesh.positions.length }, (_, i) => [1, 0.6, 0.2][i % 3]);
+  const dressed = await asset(mesh.positions, mesh.indices, { faces: 200, texture: 64, attributes: { color: { values: colours, components: 3 } } });
+  assert.deepEqual(Object.keys(dressed.maps), ['color', 'normal']);
+  assert.deepEqual([...dressed.maps.color.pixels.subarray(0, 3)], [255, 153, 51]);
+});
