@@ -20,6 +20,7 @@ const state = {
   result: null, // {result, structure, options, histograms, report}
   compared: null, // likewise, or null
   kept: null, // options
+  wrapsPoints: false, // whether the option wrap was set for points
   steering: null, // what is painted and drawn on the surface
   steered: new Map(), // Remesher -> version of what it was given
   tools: null, canvasOf: null, // the surface that the view shows to be drawn on
@@ -147,6 +148,13 @@ const whileBusy = (work) => async (...rest) => {
   }
 };
 
+/* Points are no surface before they are wrapped; a surface that is opened after points is not wrapped for them. */
+function wrapPoints() {
+  const { points } = state.surface.mesh;
+  if (points !== state.wrapsPoints) state.controls.values = { ...state.controls.values, wrap: points };
+  state.wrapsPoints = points;
+}
+
 /* Opens what `fetchBytes` gives and makes quads of it. faces: 0 for the usual number. */
 const open = whileBusy(async (name, size, fetchBytes, more = {}, faces = 0) => {
   await stop();
@@ -162,7 +170,7 @@ const open = whileBusy(async (name, size, fetchBytes, more = {}, faces = 0) => {
   }
   if (more.sample && state.linkedGuides?.length && state.steering) (state.steering.guides = state.linkedGuides), state.steering.version++;
   state.linkedGuides = null;
-  if (state.surface.mesh.points) state.controls.values = { ...state.controls.values, wrap: true }; // they are no surface before
+  wrapPoints();
   state.tools?.show();
   $('sample').value = more.sample ?? '';
   setCount(faces || Math.min(MOST_DEFAULT, Math.max(LEAST_DEFAULT, roundly(state.surface.triangles / TRIANGLES_A_QUAD))));
@@ -452,7 +460,7 @@ function bindSettings() {
       run();
     });
   $('reset').addEventListener('click', () => {
-    state.controls.values = {};
+    state.controls.values = { wrap: state.wrapsPoints };
     setMaps({});
     run();
   });

@@ -148,6 +148,30 @@ test('a file is opened by drop and by the picker, in each format', async () => {
   }
 });
 
+test('a file of points is wrapped, and what is opened after it is not', async () => {
+  await visit(`${server.url}#sample=knot&faces=300`);
+  await settled();
+  const count = 2000, lines = Array.from({ length: count }, (_, i) => {
+    const z = 1 - (2 * i + 1) / count, r = Math.sqrt(1 - z * z), a = i * 2.399963229728653;
+    return [r * Math.cos(a), r * Math.sin(a), z].join(' ');
+  });
+  writeFileSync(join(folder, 'ball.xyz'), lines.join('\n'));
+  await page.setInputFiles('#file', join(folder, 'ball.xyz'));
+  await page.waitForFunction(() => document.getElementById('command').textContent.includes('ball.xyz'));
+  await settled();
+  assert.equal(await errorOf(), null);
+  assert.match(await textOf('command'), / --wrap/);
+  assert.ok((await download('save-obj')).equals(await nativeResult('obj')));
+  await page.click('#reset');
+  await settled();
+  assert.equal(await errorOf(), null);
+  await page.selectOption('#sample', 'sheet');
+  await page.waitForFunction(() => document.getElementById('command').textContent.includes('sheet.obj'));
+  await settled();
+  assert.doesNotMatch(await textOf('command'), /wrap/);
+  assert.deepEqual(faults, []);
+});
+
 test('another count and other options give the native result of the same command line', async () => {
   await visit(`${server.url}#sample=knot&faces=500`);
   await settled();
