@@ -53,7 +53,7 @@ static void add_edge(const qw_trimesh *m, const uint32_t *cell, const qw_vec3 *f
     float length = qw_length(along);
     if (!(length > 0) || qw_length2(n) == 0 || qw_length2(o) == 0) return;
     qw_vec3 u = qw_scale(along, 1 / length);
-    float w = 0.5f * length * (float)qw_angle_of(qw_dot(qw_cross(n, o), u), qw_dot(n, o));
+    float w = 0.5f * length * (float)qw_atan2(qw_dot(qw_cross(n, o), u), qw_dot(n, o));
     float tensor[6] = {w * u.x * u.x, w * u.y * u.y, w * u.z * u.z, w * u.x * u.y, w * u.y * u.z, w * u.z * u.x};
     for (int i = 0; i < 6; i++) sums[cell[a]].tensor[i] += tensor[i], sums[cell[b]].tensor[i] += tensor[i];
 }

@@ -114,6 +114,7 @@ static uint32_t move(exacting *x)
         for (uint32_t k = 0; k < 3 && !(x->exact.stays && x->exact.stays[v]); k++)
             output[3 * (size_t)v + k] = place[3 * (size_t)v + k] / frame->scale + frame->center[k];
     qw_settle_output(run, &run->whole.clean, &moved, output, &flat);
+    if (flat == QW_NONE && run->rim) flat = qw_put_rims(run, &moved, output); /* to the bit */
     if (flat != QW_NONE) return 0;
     qw_keep(run->env, moved.position), qw_keep(run->env, output);
     q->position = moved.position, run->output = output;
