@@ -4,6 +4,7 @@
 #include "mesh/base_complex.h"
 #include "mesh/shape.h"
 
+#include <math.h>
 #include <string.h>
 
 const uint8_t render_angle_colour[RENDER_ANGLES][3] = {{38, 120, 200}, {112, 186, 120}, {250, 196, 60}, {214, 48, 39}};
@@ -18,9 +19,10 @@ static void put(scene *s, uint32_t face, const uint8_t colour[3], uint8_t amount
     s->paint[face][3] = amount;
 }
 
+/* A direction that leaves the quad's plane may be more than 45 degrees from both axes. */
 static void put_angle(scene *s, uint32_t face, float angle, float weight)
 {
-    float at = angle / 45 * (RENDER_ANGLES - 1);
+    float at = fminf(angle / 45, 1) * (RENDER_ANGLES - 1);
     int low = at < RENDER_ANGLES - 1 ? (int)at : RENDER_ANGLES - 2;
     uint8_t colour[3];
     for (int k = 0; k < 3; k++) {
