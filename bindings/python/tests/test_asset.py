@@ -127,7 +127,7 @@ def test_cancel(surface):
 
     def progress(stage, fraction):
         told.append(stage)
-        return quadwright.CANCEL if stage == told[0] and len(told) > 1 else None
+        return quadwright.CANCEL if len(told) > 1 else None  # a quick machine tells of a stage once
 
     with pytest.raises(quadwright.Cancelled):
         quadwright.asset(*surface, faces=300, progress=progress)
