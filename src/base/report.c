@@ -110,7 +110,7 @@ static void put_curves(qw_json *json, const qw_report *report)
 {
     static const char *const axis[] = {"x", "y", "z"};
     qw_json_begin(json, "curves", '[');
-    for (uint32_t i = 0; i < report->curve_count && i < 16; i++) {
+    for (uint32_t i = 0; i < report->curve_count && i < sizeof report->curves / sizeof *report->curves; i++) {
         qw_json_begin(json, NULL, '{');
         qw_json_text(json, "verdict", report->curves[i].verdict);
         qw_json_real(json, "length", report->curves[i].length);

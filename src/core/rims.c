@@ -440,6 +440,14 @@ qw_quadmesh qw_fix_rims(qw_run_state *run, const qw_quadmesh *quads, uint32_t **
     return collar.quads;
 }
 
+uint8_t *qw_list_rims(const qw_run_state *run)
+{
+    if (!run->rim) return NULL;
+    uint8_t *kept = QW_NEW(run->env, uint8_t, run->finished.vertex_count);
+    for (uint32_t v = 0; v < run->finished.vertex_count; v++) kept[v] = run->rim[v] != QW_NONE;
+    return kept;
+}
+
 uint32_t qw_put_rims(const qw_run_state *run, const qw_quadmesh *quads, double *output)
 {
     qw_recut cut = recut_of(run);

@@ -23,6 +23,9 @@ void qw_fit_rims(const qw_run_state *run, float *size);
 /* The quads with collars that end in the rims of the clean surface. *rim: as run->rim. In the current scope. */
 qw_quadmesh qw_fix_rims(qw_run_state *run, const qw_quadmesh *quads, uint32_t **rim);
 
+/* uint8_t[finished.vertex_count], 1: of a rim that is kept; NULL where none is. In the current scope. */
+uint8_t *qw_list_rims(const qw_run_state *run);
+
 /* Gives the rims the input's coordinates. output: double[quads->vertex_count][3]. Returns a quad that has no area then,
    or QW_NONE. */
 uint32_t qw_put_rims(const qw_run_state *run, const qw_quadmesh *quads, double *output);

@@ -18,6 +18,11 @@ static inline qw_vec3 qw_madd(qw_vec3 a, float s, qw_vec3 b)
     return (qw_vec3){a.x + s * b.x, a.y + s * b.y, a.z + s * b.z};
 }
 static inline float qw_dot(qw_vec3 a, qw_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+static inline double qw_dot_doubles(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
 static inline void qw_cross_doubles(const double a[3], const double b[3], double to[3])
 {
     for (int k = 0; k < 3; k++) to[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];

@@ -7,8 +7,8 @@
 #include <assert.h>
 #include <string.h>
 
-/* Only where so many times fewer triangles are foreseen; so many there are for the square of a cell, as surfaces of all
-   directions cross one and a half cells of it. */
+/* A surface is clustered only where that leaves so many times fewer triangles. FACES_A_CELL: triangles that an area of
+   one cell squared becomes: surfaces of all directions cross one and a half cells there, of two triangles each. */
 static const double WORTHWHILE = 2, FACES_A_CELL = 3;
 static const float FLAT = 0.1f;         /* of the cell: most that a vertex of a cluster is off its plane */
 static const float LEAST_COSINE = 0.2f; /* between a new triangle and the clusters at its corners */
@@ -63,7 +63,7 @@ static uint8_t first_level(const clustering *c, uint32_t v)
     return level;
 }
 
-/* A hash of it: two that share one without need are one cluster only if that makes a good one. */
+/* A hash of the cell. Two cells may share one: vertices of both are then in one cluster only if that is a good one. */
 static uint32_t key_of(const clustering *c, uint32_t v)
 {
     double cells = (double)(UINT32_C(1) << c->level[v]) / (double)c->largest;
@@ -297,7 +297,7 @@ static void judge_edges(clustering *c)
     qw_edges_free(c->env, &edges);
 }
 
-/* What a bad vertex by itself is bad for lies in the clusters beside it. */
+/* A bad cluster of one vertex cannot be split further: the clusters beside it are to be split instead. */
 static void blame_neighbours(clustering *c)
 {
     for (uint32_t t = 0; t < c->triangles; t++) {

@@ -86,11 +86,9 @@ typedef struct corners {
     bool closed;
 } corners;
 
-static double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
 static double normalise(double *a)
 {
-    double length = sqrt(dot(a, a));
+    double length = sqrt(qw_dot_doubles(a, a));
     for (int k = 0; k < 3 && length > 0; k++) a[k] /= length;
     return length;
 }
@@ -103,9 +101,9 @@ static const double *furthest(const corners *c, const double *p, const double *a
     double most = -1;
     for (uint32_t i = 0; i < 3 * c->count; i++) {
         const double *q = point_of(c->sheets, 3 * (size_t)c->face[i / 3] + i % 3);
-        double d[3] = {q[0] - p[0], q[1] - p[1], q[2] - p[2]}, t = along ? dot(d, along) : 0;
+        double d[3] = {q[0] - p[0], q[1] - p[1], q[2] - p[2]}, t = along ? qw_dot_doubles(d, along) : 0;
         for (int k = 0; along && k < 3; k++) d[k] -= t * along[k];
-        double distance2 = dot(d, d);
+        double distance2 = qw_dot_doubles(d, d);
         if (distance2 > most) most = distance2, best = q;
     }
     return best;
@@ -121,10 +119,10 @@ static bool find_axes(const corners *c, qw_own_frame *own, double *extent)
     normalise(x);
     d = furthest(c, a, x);
     for (int k = 0; k < 3; k++) y[k] = d[k] - a[k];
-    double t = dot(y, x);
+    double t = qw_dot_doubles(y, x);
     for (int k = 0; k < 3; k++) y[k] -= t * x[k];
     if (!(normalise(y) > 0)) return false;
-    t = dot(y, x); /* again, for rounding: little of y may have been left */
+    t = qw_dot_doubles(y, x); /* again, for rounding: little of y may have been left */
     for (int k = 0; k < 3; k++) y[k] -= t * x[k];
     normalise(y);
     qw_cross_doubles(x, y, own->axis[2]);
@@ -133,7 +131,7 @@ static bool find_axes(const corners *c, qw_own_frame *own, double *extent)
         const double *q = point_of(c->sheets, 3 * (size_t)c->face[i / 3] + i % 3);
         double from[3] = {q[0] - a[0], q[1] - a[1], q[2] - a[2]};
         for (int k = 0; k < 3; k++) {
-            double along = dot(from, own->axis[k]);
+            double along = qw_dot_doubles(from, own->axis[k]);
             low[k] = fmin(low[k], along), high[k] = fmax(high[k], along);
         }
     }
@@ -174,7 +172,7 @@ qw_vec3 qw_enter_own_frame(const qw_own_frames *own, uint32_t slot, const double
     const qw_own_frame *f = &own->frame[slot];
     double y, z, from[3] = {q[0] - f->center[0], q[1] - f->center[1], q[2] - f->center[2]}, at[3];
     slot_of(slot, own->count, &y, &z);
-    for (int j = 0; j < 3; j++) at[j] = f->stretch[j] * dot(from, f->axis[j]);
+    for (int j = 0; j < 3; j++) at[j] = f->stretch[j] * qw_dot_doubles(from, f->axis[j]);
     return qw_v3((float)at[0], (float)(y + at[1]), (float)(z + at[2]));
 }
 

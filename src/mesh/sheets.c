@@ -74,8 +74,6 @@ static void unit(double *v)
     for (int k = 0; k < 3; k++) v[k] = l > 0 ? v[k] / l : 0;
 }
 
-static double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
 static const double *position_of(const qw_sheets *s, uint32_t v) { return s->position + 3 * (size_t)v; }
 
 static void wing_directions(const qw_sheets *s, uint32_t lower, uint32_t upper, wing *w, uint32_t count, double *axis)
@@ -88,7 +86,7 @@ static void wing_directions(const qw_sheets *s, uint32_t lower, uint32_t upper, 
         const double *a = position_of(s, s->corner[qw_prev(w[i].half)]);
         double *out = w[i].out;
         for (int k = 0; k < 3; k++) out[k] = a[k] - p[k];
-        double along = dot(out, axis);
+        double along = qw_dot_doubles(out, axis);
         for (int k = 0; k < 3; k++) out[k] -= along * axis[k];
         unit(out);
     }
@@ -104,7 +102,7 @@ static double pair_score(const double *axis, const wing *forward, const wing *ba
     const double *d = forward->out, *e = backward->out;
     double normal[3];
     qw_cross_doubles(axis, d, normal);
-    return -dot(d, e) - (dot(normal, e) > 0 ? FOLDS_INWARD : 0);
+    return -qw_dot_doubles(d, e) - (qw_dot_doubles(normal, e) > 0 ? FOLDS_INWARD : 0);
 }
 
 /* Whether a may run forward and b backward. The faces that can be turned wait until the others are paired: a surface

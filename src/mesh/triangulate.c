@@ -38,8 +38,6 @@ static void difference(const double *a, const double *b, double *d)
     for (int k = 0; k < 3; k++) d[k] = a[k] - b[k];
 }
 
-static double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
 /* Cosine between the normals of the two triangles on either side of the diagonal from a to c. */
 static double diagonal_flatness(const double *a, const double *b, const double *c, const double *d)
 {
@@ -49,15 +47,15 @@ static double diagonal_flatness(const double *a, const double *b, const double *
     difference(d, a, ad);
     qw_cross_doubles(ab, ac, left);
     qw_cross_doubles(ac, ad, right);
-    double scale = sqrt(dot(left, left) * dot(right, right));
-    return scale > 0 ? dot(left, right) / scale : 0;
+    double scale = sqrt(qw_dot_doubles(left, left) * qw_dot_doubles(right, right));
+    return scale > 0 ? qw_dot_doubles(left, right) / scale : 0;
 }
 
 static double distance2(const double *a, const double *b)
 {
     double d[3];
     difference(a, b, d);
-    return dot(d, d);
+    return qw_dot_doubles(d, d);
 }
 
 /* Squared lengths that differ by less than this share are equal. */
@@ -114,9 +112,9 @@ static bool project(const double *position, const uint32_t *corner, uint32_t n, 
         difference(position + 3 * (size_t)corner[i + 1], origin, b);
         qw_cross_doubles(a, b, c);
         for (int k = 0; k < 3; k++) area[k] += c[k];
-        extent = fmax(extent, fmax(dot(a, a), dot(b, b)));
+        extent = fmax(extent, fmax(qw_dot_doubles(a, a), qw_dot_doubles(b, b)));
     }
-    double size = sqrt(dot(area, area));
+    double size = sqrt(qw_dot_doubles(area, area));
     if (!(size > LEAST_AREA * extent) || !isfinite(size)) return false;
     for (int k = 0; k < 3; k++) area[k] /= size;
     int axis = 0; /* along which the normal is shortest */
@@ -124,13 +122,13 @@ static bool project(const double *position, const uint32_t *corner, uint32_t n, 
         if (fabs(area[k]) < fabs(area[axis])) axis = k;
     double e[3] = {axis == 0, axis == 1, axis == 2};
     qw_cross_doubles(area, e, u);
-    double length = sqrt(dot(u, u));
+    double length = sqrt(qw_dot_doubles(u, u));
     for (int k = 0; k < 3; k++) u[k] /= length;
     qw_cross_doubles(area, u, w);
     for (uint32_t i = 0; i < n; i++) {
         double a[3];
         difference(position + 3 * (size_t)corner[i], origin, a);
-        r->p[i] = (point){dot(a, u), dot(a, w)};
+        r->p[i] = (point){qw_dot_doubles(a, u), qw_dot_doubles(a, w)};
     }
     r->flat = FLAT * extent;
     return true;

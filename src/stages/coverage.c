@@ -254,17 +254,16 @@ static uint8_t *hold_others(qw_env *env, const qw_quadmesh *q, uint32_t first)
 
 /* With the first `tips` of the `lost` tips grown; where there would be too many quads, room is made first, the last
    time for as many as there is room. Returns how many grew: 0 where there is none, or more of it than they take. */
-static uint32_t grow(const qw_run_state *run, const qw_quadmesh *quads, bool marked, uint32_t tips, uint32_t lost,
-                     qw_quadmesh *result, uint8_t **flipped)
+static uint32_t grow(const qw_run_state *run, const qw_quadmesh *quads, const qw_wanted *wanted, bool marked,
+                     uint32_t tips, uint32_t lost, qw_quadmesh *result, uint8_t **flipped)
 {
     int64_t least = qw_least_faces(run->faces_wanted, QW_FIT_MARGIN, qw_times_used(run)),
             most = qw_most_faces(run->faces_wanted, QW_FIT_MARGIN, qw_times_used(run));
-    qw_wanted wanted = wanted_of(run);
     qw_quadmesh from = *quads, grown = from;
     uint32_t count = extrude(run, marked, tips, lost, most, &grown);
     for (int i = 0; i < ROOM_ROUNDS && count > 0 && grown.face_count > most; i++) {
         int64_t added = grown.face_count - from.face_count, chords;
-        from = fewer_quads(run, quads, &wanted, least - added, most - added, &chords);
+        from = fewer_quads(run, quads, wanted, least - added, most - added, &chords);
         from = qw_relax(run, &from, NULL, flipped);
         grown = from;
         int64_t room = i + 1 < ROOM_ROUNDS ? most : most - from.face_count;
@@ -283,10 +282,11 @@ uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **fl
     if (run->faces_wanted < run->core.needed) return 0;
     faults before = find_faults(run, quads, *flipped);
     if (before.uncovered + before.lost == 0) return 0;
+    qw_wanted wanted = wanted_of(run);
     for (uint32_t i = 0, tips = before.lost; i < GROWTHS; i++, tips /= 2) {
         qw_quadmesh grown;
         uint8_t *grown_flipped;
-        uint32_t count = grow(run, quads, marked, tips, before.lost, &grown, &grown_flipped);
+        uint32_t count = grow(run, quads, &wanted, marked, tips, before.lost, &grown, &grown_flipped);
         if (count > 0) {
             faults after = find_faults(run, &grown, grown_flipped);
             qw_log(run->env, QW_LOG_DEBUG, "%u protrusions grew, %u quads now; faults: %.2f, were %.2f", count,

@@ -1,9 +1,10 @@
 #include "stages/exact.h"
 
+#include "base/constants.h"
 #include "core/output.h"
 #include "core/rims.h"
 #include "demand/sizes.h"
-#include "limit/exact.h"
+#include "exact/exact.h"
 #include "math/elementary.h"
 #include "symmetry/half.h"
 
@@ -11,12 +12,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Degrees above which an edge between primitives is sharp, where none were asked for: those of seeds of features. */
-static const double SHARP = 40;
 /* Share of the area that must be of primitives: a part of which less is, is not designed of them. */
 static const double LEAST_SHARE = 0.5;
-/* In the frame: a vertex of the clean surface is the one of the input that is so near. */
-static const double SAME = 1e-6;
 
 typedef struct exacting {
     qw_run_state *run;
@@ -47,7 +44,7 @@ static void take_positions(exacting *x)
         uint32_t polygon = run->whole.clean.source_face[c / 3];
         for (uint32_t k = input->face_begin[polygon]; k < input->face_begin[polygon + 1]; k++) {
             to_frame(&run->whole.clean.frame, input->position + 3 * (size_t)input->corner[k], q);
-            if (fabs(p[0] - q[0]) + fabs(p[1] - q[1]) + fabs(p[2] - q[2]) < SAME) memcpy(p, q, sizeof q);
+            if (fabs(p[0] - q[0]) + fabs(p[1] - q[1]) + fabs(p[2] - q[2]) < QW_SAME_VERTEX) memcpy(p, q, sizeof q);
         }
     }
 }
@@ -63,24 +60,15 @@ static bool is_asked(const qw_run_state *run)
 static bool find(exacting *x)
 {
     qw_run_state *run = x->run;
-    double angle = run->options.sharp_angle < 0 ? SHARP : run->options.sharp_angle;
+    double angle = run->options.sharp_angle, sharp = angle < 0 ? QW_SHARP_COSINE : qw_cos(angle * QW_PI / 180);
     x->surface = run->whole.clean.mesh, x->surface.component = NULL;
     if (!qw_may_be_designed(&x->surface)) return false;
     take_positions(x);
-    x->found = qw_find_primitives(run->env, &x->surface, x->position, qw_cos(angle * QW_PI / 180));
+    x->found = qw_find_primitives(run->env, &x->surface, x->position, sharp);
     if (x->found.share < LEAST_SHARE) return false;
     x->exact = (qw_exact){.found = &x->found, .surface = &x->surface, .position = x->position};
     x->exact.tree = qw_bvh_build(run->env, &x->surface);
     return true;
-}
-
-/* uint8_t[finished vertices], 1: of a rim that stays; NULL: none is. */
-static uint8_t *list_staying(const qw_run_state *run)
-{
-    if (!run->rim) return NULL;
-    uint8_t *stays = QW_NEW(run->env, uint8_t, run->finished.vertex_count);
-    for (uint32_t v = 0; v < run->finished.vertex_count; v++) stays[v] = run->rim[v] != QW_NONE;
-    return stays;
 }
 
 /* Reflections are exact. */
@@ -142,7 +130,7 @@ void qw_make_exact(qw_run_state *run, bool is_cage, bool evens)
     if (find(&x)) {
         count_found(&x);
         x.exact.planes_only = is_cage;
-        x.exact.stays = list_staying(run);
+        x.exact.stays = qw_list_rims(run);
         x.exact.evens = evens && !run->whole.input->density;
         r->exact_vertices = move(&x);
     }

@@ -215,14 +215,6 @@ static void split_all(leveling *l)
     fit_quads(l);
 }
 
-static void mark_staying(leveling *l)
-{
-    const qw_run_state *run = l->run;
-    if (!run->rim) return;
-    l->stays = QW_NEW_ZERO(run->env, uint8_t, run->finished.vertex_count);
-    for (uint32_t v = 0; v < run->finished.vertex_count; v++) l->stays[v] = run->rim[v] != QW_NONE;
-}
-
 void qw_require_levels(const qw_run_state *run)
 {
     double times = (double)run->options.subdivide, faces = qw_faces_wanted(run, &run->options);
@@ -245,7 +237,7 @@ static void make_levels(qw_run_state *run, bool splits)
     leveling l = {.run = run, .quads = run->finished, .reflected = run->reflected, .source = run->source};
     take_surface(&l);
     find_components(&l);
-    mark_staying(&l);
+    l.stays = qw_list_rims(run);
     run->finished = l.quads; /* with its components */
     raise_jacobians(&l);
     fit_limit(&l);

@@ -21,12 +21,10 @@ static const double SHORT = 0.3;    /* shorter ones collapse */
 static const double FLAT = 0.999;   /* cosine: where triangles turn by less both diagonals are as near to the input */
 static const double GAIN = 0.01;    /* a flip must bring the middle so much nearer */
 
-static double dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
 static double distance_of(const double a[3], const double b[3])
 {
     double d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-    return sqrt(dot(d, d));
+    return sqrt(qw_dot_doubles(d, d));
 }
 
 /* ---- planes of the input and where they meet */
@@ -50,8 +48,8 @@ static bool meet(const plane *const f[3], int count, const double p[3], double t
     double a[3][4];
     for (int i = 0; i < count; i++) {
         double way[3] = {f[i]->at[0] - p[0], f[i]->at[1] - p[1], f[i]->at[2] - p[2]};
-        for (int j = 0; j < count; j++) a[i][j] = dot(f[i]->normal, f[j]->normal);
-        a[i][3] = dot(f[i]->normal, way);
+        for (int j = 0; j < count; j++) a[i][j] = qw_dot_doubles(f[i]->normal, f[j]->normal);
+        a[i][3] = qw_dot_doubles(f[i]->normal, way);
     }
     for (int i = 0; i < count; i++) { /* the matrix of scalar products is positive: no pivoting */
         if (!(a[i][i] > 1e-3)) return false;
@@ -71,7 +69,7 @@ static double volume(const plane *a, const plane *b, const plane *c)
 {
     double n[3];
     qw_cross_doubles(a->normal, b->normal, n);
-    return fabs(dot(n, c->normal));
+    return fabs(qw_dot_doubles(n, c->normal));
 }
 
 /* The place on the edge or corner that some of the planes make, near p; false where they make none. */
@@ -81,7 +79,7 @@ static bool feature_near(const plane *f, int count, const double p[3], double si
     double least = 1, most = CORNER;
     for (int i = 0; i < count; i++)
         for (int j = 0; j < i; j++) {
-            double turn = fabs(dot(f[i].normal, f[j].normal));
+            double turn = fabs(qw_dot_doubles(f[i].normal, f[j].normal));
             if (turn < least) least = turn, a = j, b = i;
         }
     if (least > SHARP) return false;
@@ -238,7 +236,7 @@ static bool split_place(const qw_skin *s, const qw_wrap_target *target, uint32_t
     f[0] = plane_at(target, p, hint), f[1] = plane_at(target, q, hint);
     qw_skin_normal(s, a, normal), qw_skin_normal(s, b, other);
     for (int k = 0; k < 3; k++) normal[k] += other[k];
-    double length = sqrt(dot(normal, normal));
+    double length = sqrt(qw_dot_doubles(normal, normal));
     if (!(length > 0.1)) return false;
     for (int k = 0; k < 3; k++) normal[k] /= length;
     if (feature_near(f, 2, middle, side, to) && lift_feature(s, target, normal, hint, to)) return true;
@@ -286,8 +284,8 @@ static double turn_at(const qw_skin *s, uint32_t a, uint32_t b, uint32_t c, uint
     double m[3], n[3];
     qw_exact_normal(&s->position[a], &s->position[b], &s->position[c], m);
     qw_exact_normal(&s->position[b], &s->position[a], &s->position[d], n);
-    double size = sqrt(dot(m, m) * dot(n, n));
-    return size > 0 ? dot(m, n) / size : -2;
+    double size = sqrt(qw_dot_doubles(m, m) * qw_dot_doubles(n, n));
+    return size > 0 ? qw_dot_doubles(m, n) / size : -2;
 }
 
 /* Least height over longest side of a triangle. */
@@ -297,7 +295,7 @@ static double shape_of(const qw_skin *s, uint32_t a, uint32_t b, uint32_t c)
     qw_skin_place(s, a, p), qw_skin_place(s, b, q), qw_skin_place(s, c, r);
     qw_exact_normal(&s->position[a], &s->position[b], &s->position[c], n);
     double x = distance_of(p, q), y = distance_of(q, r), z = distance_of(r, p), most = fmax(x, fmax(y, z));
-    return sqrt(dot(n, n)) / (most * most);
+    return sqrt(qw_dot_doubles(n, n)) / (most * most);
 }
 
 /* Whether both triangles get better angles by a flip. */
@@ -367,8 +365,8 @@ static bool wants_collapse(const qw_skin *s, const qw_wrap_target *target, uint3
         if (c != b && d != b) {
             qw_exact_normal(&s->position[a], &s->position[c], &s->position[d], was);
             qw_exact_normal(&s->position[b], &s->position[c], &s->position[d], is);
-            double size = sqrt(dot(was, was) * dot(is, is));
-            if (!(dot(was, is) > 0.5 * size) || shape_of(s, b, c, d) < 0.05) return false;
+            double size = sqrt(qw_dot_doubles(was, was) * qw_dot_doubles(is, is));
+            if (!(qw_dot_doubles(was, is) > 0.5 * size) || shape_of(s, b, c, d) < 0.05) return false;
         }
         if (c != b) {
             on_edge(s, b, c, 0.5, p);

@@ -17,11 +17,9 @@ enum {
 static const double ALONG = 0.5;
 static const double RELAXED = 0.5; /* share of the way to the middle of the neighbours */
 
-static double dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
 static bool normalize(double a[3])
 {
-    double length = sqrt(dot(a, a));
+    double length = sqrt(qw_dot_doubles(a, a));
     for (int k = 0; k < 3; k++) a[k] = length > 0 ? a[k] / length : 0;
     return length > 0;
 }
@@ -57,7 +55,7 @@ qw_wrap_lattice_point qw_rounded(const qw_skin *s, const double p[3])
 
 void qw_lift(const qw_skin *s, const qw_touch *touch, const double outward[3], double to[3])
 {
-    double along = dot(touch->normal, outward), side = along < 0 ? -1 : 1;
+    double along = qw_dot_doubles(touch->normal, outward), side = along < 0 ? -1 : 1;
     bool plain = fabs(along) > ALONG;
     for (int k = 0; k < 3; k++)
         to[k] = touch->at[k] + QW_WRAP_OFF * s->frame.side * (plain ? side * touch->normal[k] : outward[k]);
@@ -101,7 +99,7 @@ static void wanted_place(const qw_skin *s, const qw_wrap_target *target, const d
     *hint = touch.face;
     qw_lift(s, &touch, normal, lifted);
     for (int k = 0; k < 3; k++) way[k] = lifted[k] - p[k];
-    double along = dot(way, normal), length = sqrt(dot(way, way));
+    double along = qw_dot_doubles(way, normal), length = sqrt(qw_dot_doubles(way, way));
     bool straight = fabs(along) >= ALONG * length || length < 0.25 * s->frame.side;
     for (int k = 0; k < 3; k++) to[k] = straight ? lifted[k] : p[k] + along * normal[k];
 }
@@ -118,7 +116,7 @@ static void move_all(qw_env *env, qw_guard *g, const qw_wrap_target *target, uin
         if (relaxes) {
             middle_of_neighbours(s, v, middle);
             for (int k = 0; k < 3; k++) middle[k] = RELAXED * (middle[k] - p[k]);
-            double along = dot(middle, normal);
+            double along = qw_dot_doubles(middle, normal);
             for (int k = 0; k < 3; k++) p[k] += middle[k] - along * normal[k];
         }
         wanted_place(s, target, p, normal, &hint[v], to);

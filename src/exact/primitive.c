@@ -1,6 +1,7 @@
-#include "mesh/primitive.h"
+#include "exact/primitive.h"
 
 #include "math/axes.h"
+#include "math/vec.h"
 
 #include <assert.h>
 #include <math.h>
@@ -14,11 +15,9 @@ static const double SINGULAR = 1e-13;
 /* A step that leaves more than this share of the largest distance is the last. */
 static const double ENOUGH = 0.5;
 
-static double dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
 static bool normalize(double a[3])
 {
-    double length = sqrt(dot(a, a));
+    double length = sqrt(qw_dot_doubles(a, a));
     if (!(length > 1e-30)) return false;
     for (int k = 0; k < 3; k++) a[k] /= length;
     return true;
@@ -43,13 +42,13 @@ double qw_primitive_distance(const qw_primitive *primitive, const double p[3], d
     const double *a = primitive->axis;
     double q[3], away[3];
     for (int k = 0; k < 3; k++) q[k] = p[k] - primitive->point[k];
-    double z = dot(q, a);
+    double z = qw_dot_doubles(q, a);
     if (primitive->kind == QW_PLANE) {
         memcpy(gradient, a, 3 * sizeof *a);
         return z;
     }
     for (int k = 0; k < 3; k++) away[k] = q[k] - z * a[k];
-    double rho = sqrt(dot(away, away)), cosine = cosine_of(primitive);
+    double rho = sqrt(qw_dot_doubles(away, away)), cosine = cosine_of(primitive);
     for (int k = 0; k < 3; k++) gradient[k] = (rho > 0 ? cosine * away[k] / rho : 0) - primitive->sine * a[k];
     return (rho - primitive->radius) * cosine - z * primitive->sine;
 }
@@ -98,7 +97,8 @@ static double derivatives(const qw_primitive *p, const double u[3], const double
 {
     double q[3], cosine = cosine_of(p);
     for (int k = 0; k < 3; k++) q[k] = at[k] - p->point[k];
-    double x = dot(q, u), y = dot(q, v), z = dot(q, p->axis), rho = sqrt(x * x + y * y), least = 1e-12;
+    double x = qw_dot_doubles(q, u), y = qw_dot_doubles(q, v), z = qw_dot_doubles(q, p->axis),
+           rho = sqrt(x * x + y * y), least = 1e-12;
     double ex = x / fmax(rho, least), ey = y / fmax(rho, least);
     row[0] = -ex * cosine, row[1] = -ey * cosine;
     row[2] = -z * ex * cosine - x * p->sine, row[3] = -z * ey * cosine - y * p->sine;
@@ -166,7 +166,7 @@ static void guess_slope(qw_primitive *p, const double *point, uint32_t count)
     for (uint32_t i = 0; i < count; i++) {
         double q[3];
         for (int k = 0; k < 3; k++) q[k] = point[3 * (size_t)i + (size_t)k] - p->point[k];
-        double z = dot(q, p->axis), r = sqrt(fmax(0, dot(q, q) - z * z));
+        double z = qw_dot_doubles(q, p->axis), r = sqrt(fmax(0, qw_dot_doubles(q, q) - z * z));
         z1 += z, z2 += z * z, r1 += r, rz += r * z;
     }
     double spread = n * z2 - z1 * z1, slope = spread > 0 ? (n * rz - z1 * r1) / spread : 0;
@@ -184,7 +184,8 @@ static bool guess_circle(qw_primitive *p, const double *point, uint32_t count)
     for (uint32_t i = 0; i < count; i++) {
         double q[3];
         for (int k = 0; k < 3; k++) q[k] = point[3 * (size_t)i + (size_t)k] - p->point[k];
-        double x = dot(q, u), y = dot(q, v), z = dot(q, p->axis), row[UNKNOWNS] = {2 * x, 2 * y, 1, z};
+        double x = qw_dot_doubles(q, u), y = qw_dot_doubles(q, v), z = qw_dot_doubles(q, p->axis),
+               row[UNKNOWNS] = {2 * x, 2 * y, 1, z};
         add_row(n, row, x * x + y * y, m, b);
     }
     if (!solve(n, m, b)) return false;
@@ -203,7 +204,7 @@ double qw_refine_primitive(qw_primitive *p, const double *point, uint32_t count)
         double was[3];
         memcpy(was, p->axis, sizeof was);
         spread_axis(point, count, p->axis);
-        double sign = dot(was, p->axis) < 0 ? -1 : 1;
+        double sign = qw_dot_doubles(was, p->axis) < 0 ? -1 : 1;
         for (int k = 0; k < 3; k++) p->axis[k] *= sign;
         return largest_distance(p, point, count);
     }

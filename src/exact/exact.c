@@ -1,6 +1,7 @@
-#include "limit/exact.h"
+#include "exact/exact.h"
 
-#include "limit/rows.h"
+#include "base/constants.h"
+#include "exact/rows.h"
 #include "limit/shape.h"
 #include "limit/upright.h"
 
@@ -11,13 +12,11 @@
 enum { STEPS = 12 };
 /* In edges: how far from the curve that it is on a vertex may be, and how far one may go. */
 static const float REACH = 0.5f, MOST = 0.25f;
-/* In the frame: done; and how near a corner lies to the vertex of the surface that it is. */
-static const double DONE = 1e-13, SAME = 1e-6;
+/* In the frame: a place on two primitives is found where a step is shorter. */
+static const double DONE = 1e-13;
 /* Square of the sine of the angle between primitives below which they have no clear curve in common. Sine of the turn
    below which an edge of the surface is none on which quads have a curve. */
 static const double TANGENT = 1e-3, BLUNT = 0.34;
-/* In the frame: how far points of a flat boundary may be off its plane. */
-static const double OFF = 2e-6;
 
 typedef struct holding {
     qw_env *env;
@@ -48,7 +47,7 @@ static void add_rim(holding *w, uint32_t h, uint32_t count)
     }
     memcpy(point + 3 * (size_t)k, w->exact->position + 3 * (size_t)s->corner[qw_next(last)], 3 * sizeof *point);
     qw_primitive plane;
-    if (qw_fit_primitive(&plane, QW_PLANE, point, count + 1, NULL, 0) <= OFF) {
+    if (qw_fit_primitive(&plane, QW_PLANE, point, count + 1, NULL, 0) <= QW_OFF_PRIMITIVE) {
         for (uint32_t i = 0, at = h; i < count; i++, at = qw_next_on_boundary(s, at)) w->rim[at] = w->item_count;
         w->item[w->item_count++] = plane;
     }
@@ -146,7 +145,7 @@ static void place_corner(const holding *w, uint32_t v, uint32_t face)
         const double *p = w->exact->position + 3 * (size_t)w->exact->surface->corner[3 * (size_t)face + i];
         double far = 0, *place = w->place + 3 * (size_t)v;
         for (int k = 0; k < 3; k++) far = fmax(far, fabs(p[k] - place[k]));
-        if (far < SAME) memcpy(place, p, 3 * sizeof *place);
+        if (far < QW_SAME_VERTEX) memcpy(place, p, 3 * sizeof *place);
     }
 }
 
@@ -160,7 +159,8 @@ static void find_places(holding *w)
         w->of[v][0] = w->of[v][1] = QW_NONE;
         if (w->exact->stays && w->exact->stays[v]) continue;
         if (q->kind && q->kind[v] == QW_VERTEX_CORNER) {
-            qw_hit hit = qw_bvh_nearest(w->exact->tree, q->position[v], qw_v3(0, 0, 0), -1, (float)SAME, hint);
+            qw_hit hit = qw_bvh_nearest(w->exact->tree, q->position[v], qw_v3(0, 0, 0), -1, (float)QW_SAME_VERTEX,
+                                        hint);
             place_corner(w, v, hit.face);
         } else if (on_curve[v]) {
             if (!w->curves) continue;
@@ -201,8 +201,6 @@ static void keep_to_planes(holding *w)
 
 /* ---- onto them */
 
-static double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
 /* The nearest point of what both primitives have in common, by Newton's steps; of the first alone where they touch. */
 static void project(const holding *w, uint32_t v, double p[3])
 {
@@ -213,7 +211,7 @@ static void project(const holding *w, uint32_t v, double p[3])
         if (fabs(d[0]) + fabs(d[1]) < DONE) return;
         share[0] = d[0];
         if (of[1] != QW_NONE) {
-            double c = dot(g[0], g[1]), s = 1 - c * c;
+            double c = qw_dot_doubles(g[0], g[1]), s = 1 - c * c;
             if (s > TANGENT) share[0] = (d[0] - c * d[1]) / s, share[1] = (d[1] - c * d[0]) / s;
             for (int k = 0; k < 3; k++) p[k] -= share[1] * g[1][k];
         }

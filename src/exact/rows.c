@@ -1,4 +1,4 @@
-#include "limit/rows.h"
+#include "exact/rows.h"
 
 #include "math/elementary.h"
 
@@ -6,8 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-/* In edges: the farthest that a vertex goes; on a circle or a line, where those
-   around go with it. */
+/* In edges: how far a vertex may move; MOST_AROUND on a circle or a line, as those around it move along. */
 static const double MOST = 0.5, MOST_AROUND = 1.5;
 /* Cosine between an edge and the axis, or the way around it, along which it runs. */
 static const double ALONG = 0.85;
@@ -56,15 +55,13 @@ typedef struct turned {
     double angle, height, radius;
 } turned;
 
-static double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
 static void axes_of(const qw_primitive *p, double u[3], double v[3])
 {
     int least = 0;
     for (int k = 1; k < 3; k++)
         if (fabs(p->axis[k]) < fabs(p->axis[least])) least = k;
     for (int k = 0; k < 3; k++) u[k] = (k == least) - p->axis[least] * p->axis[k];
-    double length = sqrt(dot(u, u));
+    double length = sqrt(qw_dot_doubles(u, u));
     for (int k = 0; k < 3; k++) u[k] /= length;
     qw_cross_doubles(p->axis, u, v);
 }
@@ -75,8 +72,8 @@ static turned turned_of(const evening *e, uint32_t item, uint32_t vertex)
     double q[3], u[3], v[3];
     axes_of(p, u, v);
     for (int k = 0; k < 3; k++) q[k] = e->held->place[3 * (size_t)vertex + (size_t)k] - p->point[k];
-    double x = dot(q, u), y = dot(q, v);
-    return (turned){qw_atan2(y, x), dot(q, p->axis), sqrt(x * x + y * y)};
+    double x = qw_dot_doubles(q, u), y = qw_dot_doubles(q, v);
+    return (turned){qw_atan2(y, x), qw_dot_doubles(q, p->axis), sqrt(x * x + y * y)};
 }
 
 static void put_turned(const evening *e, uint32_t item, uint32_t vertex, turned t)
@@ -103,7 +100,7 @@ static bool is_of(const evening *e, uint32_t v, uint32_t item)
 /* Whether an axis is that of another item, or the normal of a plane that it stands on. */
 static bool is_upright(const evening *e, uint32_t item, uint32_t other)
 {
-    return fabs(dot(e->held->item[item].axis, e->held->item[other].axis)) > 1 - PARALLEL;
+    return fabs(qw_dot_doubles(e->held->item[item].axis, e->held->item[other].axis)) > 1 - PARALLEL;
 }
 
 static bool is_corner(const evening *e, uint32_t v) { return e->quads->kind && e->quads->kind[v] == QW_VERTEX_CORNER; }
@@ -285,7 +282,7 @@ static void turn_joined(evening *e, uint32_t root, uint32_t item, double by)
     for (uint32_t i = 0; i < e->circle_count; i++) {
         circle *c = &e->circles[i];
         if (c->root != root) continue;
-        c->phase += dot(e->held->item[c->item].axis, e->held->item[item].axis) > 0 ? by : -by;
+        c->phase += qw_dot_doubles(e->held->item[c->item].axis, e->held->item[item].axis) > 0 ? by : -by;
     }
 }
 
@@ -441,11 +438,12 @@ static double least_sine(const qw_quadmesh *q, uint32_t f, const double *place)
         double a[3], b[3];
         for (int k = 0; k < 3; k++) a[k] = next[k] - p[k], b[k] = last[k] - p[k];
         qw_cross_doubles(a, b, c[i]);
-        length[i] = sqrt(dot(a, a) * dot(b, b));
+        length[i] = sqrt(qw_dot_doubles(a, a) * qw_dot_doubles(b, b));
         for (int k = 0; k < 3; k++) n[k] += c[i][k];
     }
-    double size = sqrt(dot(n, n));
-    for (int i = 0; i < 4; i++) least = fmin(least, size * length[i] > 0 ? dot(c[i], n) / (size * length[i]) : -1);
+    double size = sqrt(qw_dot_doubles(n, n));
+    for (int i = 0; i < 4; i++)
+        least = fmin(least, size * length[i] > 0 ? qw_dot_doubles(c[i], n) / (size * length[i]) : -1);
     return least;
 }
 

@@ -1,8 +1,8 @@
 /* Even rows of quads on cylinders and cones. */
-#ifndef QW_LIMIT_ROWS_H
-#define QW_LIMIT_ROWS_H
+#ifndef QW_EXACT_ROWS_H
+#define QW_EXACT_ROWS_H
 
-#include "mesh/primitive.h"
+#include "exact/primitive.h"
 #include "mesh/quadmesh.h"
 
 /* Where vertices belong. */

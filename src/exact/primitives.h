@@ -7,10 +7,10 @@
  * sharp edge, or where the surface goes on less bent, as it does at the tangent of a round. A facet that is no part of
  * any is a plane where it ends in the same way.
  */
-#ifndef QW_MESH_PRIMITIVES_H
-#define QW_MESH_PRIMITIVES_H
+#ifndef QW_EXACT_PRIMITIVES_H
+#define QW_EXACT_PRIMITIVES_H
 
-#include "mesh/primitive.h"
+#include "exact/primitive.h"
 #include "mesh/trimesh.h"
 
 typedef struct qw_primitives {

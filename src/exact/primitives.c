@@ -1,5 +1,6 @@
-#include "mesh/primitives.h"
+#include "exact/primitives.h"
 
+#include "base/constants.h"
 #include "base/sort.h"
 
 #include <assert.h>
@@ -19,9 +20,7 @@ enum {
     MOST_SCANNED = 64, /* triangles of a facet whose edges are looked at one by one */
     MOST_VAIN = 300    /* facets that are tried in vain, one after another, before the search ends */
 };
-/* In the frame, of whose box the diagonal is 1: how far vertices may be off, as files with seven digits have them. */
-static const double OFF = 2e-6;
-/* The facets of what is bent stand off it by so many times the distance of its vertices at least. */
+/* The middles of the facets of a cylinder or a cone lie off it by at least so many times as much as its vertices do. */
 static const double FAR_BETTER = 3;
 /* A triangle with a smaller height has no normal of its own. */
 static const double SLIVER = 1e-5;
@@ -29,11 +28,11 @@ static const double SLIVER = 1e-5;
 static const double AGREES = 0.8;
 /* Cosine of 18 degrees: edges that run alike. */
 static const double ALIKE = 0.95;
-/* Of a triangle's height: its neighbours are of one facet that lie no farther off its plane; and at least, in the
-   frame, as single precision has them. */
+/* A triangle's neighbour belongs to the same facet where it lies off the triangle's plane by at most FLAT of the
+   triangle's height, or by LEAST_OFF diagonals, as single precision rounds. */
 static const double FLAT = 5e-4, LEAST_OFF = 1e-7;
-/* At the end of what is bent the surface turns by no more than this share of what it turns by elsewhere, and that holds
-   of this share of the border. */
+/* A cylinder or a cone ends for a reason where, along REASON of its border, the surface beyond turns by at most
+   LESS_BENT of what it turns by inside. */
 static const double LESS_BENT = 0.75, REASON = 0.75;
 /* Sine of the turn at an edge that ends what is flat or bent, though it may not be sharp enough to stop its growth. */
 static const double BREAK = 0.4226;
@@ -41,8 +40,8 @@ static const double BREAK = 0.4226;
    planes and one between them always lie on a cylinder, if both are alike. */
 static const double UNEVEN = 2.5;
 
-/* Share of these that lie in one plane with a neighbour, and then of the area of facets of more than one triangle, at
-   the least. */
+/* A surface is searched only where at least this share of the sampled triangles lies in one plane with a neighbour, and
+   then at least this share of the area is facets of more than one triangle. */
 static const double PAIRED_SHARE = 0.5;
 
 typedef struct finder {
@@ -66,10 +65,9 @@ typedef struct finder {
     qw_primitives found;
 } finder;
 
-static double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 static const double *at(const finder *f, uint32_t v) { return f->position + 3 * (size_t)v; }
 static const double *normal_of(const finder *f, uint32_t t) { return f->normal + 3 * (size_t)t; }
-static bool is_sliver(const finder *f, uint32_t t) { return dot(normal_of(f, t), normal_of(f, t)) == 0; }
+static bool is_sliver(const finder *f, uint32_t t) { return qw_dot_doubles(normal_of(f, t), normal_of(f, t)) == 0; }
 
 static void edge_of(const finder *f, uint32_t h, double along[3])
 {
@@ -81,9 +79,10 @@ static void measure_triangles(finder *f)
 {
     for (uint32_t t = 0; t < f->mesh->face_count; t++) {
         double e[3][3], n[3], longest = 0;
-        for (uint32_t i = 0; i < 3; i++) edge_of(f, 3 * t + i, e[i]), longest = fmax(longest, sqrt(dot(e[i], e[i])));
+        for (uint32_t i = 0; i < 3; i++)
+            edge_of(f, 3 * t + i, e[i]), longest = fmax(longest, sqrt(qw_dot_doubles(e[i], e[i])));
         qw_cross_doubles(e[0], e[1], n);
-        double twice = sqrt(dot(n, n));
+        double twice = sqrt(qw_dot_doubles(n, n));
         f->area[t] = twice / 2;
         bool is_flat = !(twice > SLIVER * longest);
         for (int k = 0; k < 3; k++) f->normal[3 * (size_t)t + (size_t)k] = is_flat ? 0 : n[k] / twice;
@@ -98,13 +97,13 @@ static bool is_in_plane(const finder *f, const qw_primitive *plane, double off, 
     for (int i = 0; i < 3; i++)
         if (fabs(qw_primitive_distance(plane, at(f, f->mesh->corner[3 * (size_t)t + (size_t)i]), gradient)) > off)
             return false;
-    return is_sliver(f, t) || dot(normal_of(f, t), plane->axis) > AGREES;
+    return is_sliver(f, t) || qw_dot_doubles(normal_of(f, t), plane->axis) > AGREES;
 }
 
 static double height_of(const finder *f, uint32_t t)
 {
     double longest = 0, e[3];
-    for (uint32_t h = 3 * t; h < 3 * t + 3; h++) edge_of(f, h, e), longest = fmax(longest, sqrt(dot(e, e)));
+    for (uint32_t h = 3 * t; h < 3 * t + 3; h++) edge_of(f, h, e), longest = fmax(longest, sqrt(qw_dot_doubles(e, e)));
     return longest > 0 ? 2 * f->area[t] / longest : 0;
 }
 
@@ -115,7 +114,7 @@ static void flood_facet(finder *f, uint32_t t, uint32_t *stack)
     memcpy(plane.point, at(f, f->mesh->corner[3 * (size_t)t]), sizeof plane.point);
     memcpy(plane.axis, normal_of(f, t), sizeof plane.axis);
     uint32_t count = 0;
-    double off = fmin(OFF, fmax(LEAST_OFF, FLAT * height_of(f, t)));
+    double off = fmin(QW_OFF_PRIMITIVE, fmax(LEAST_OFF, FLAT * height_of(f, t)));
     stack[count++] = t, f->facet[t] = f->facet_count;
     while (count > 0) {
         uint32_t from = stack[--count];
@@ -189,7 +188,7 @@ static bool is_smooth(const finder *f, uint32_t h)
     if (twin == QW_NONE) return false;
     if (f->mesh->mark && f->mesh->mark[h]) return false;
     const qw_primitive *a = &f->plane[f->facet[h / 3]], *b = &f->plane[f->facet[twin / 3]];
-    return dot(a->axis, b->axis) > f->sharp;
+    return qw_dot_doubles(a->axis, b->axis) > f->sharp;
 }
 
 /* The sine of the turn at an edge between two facets. */
@@ -197,7 +196,7 @@ static double turn_at(const finder *f, uint32_t h)
 {
     double n[3];
     qw_cross_doubles(f->plane[f->facet[h / 3]].axis, f->plane[f->facet[f->mesh->twin[h] / 3]].axis, n);
-    return sqrt(dot(n, n));
+    return sqrt(qw_dot_doubles(n, n));
 }
 
 /* Facets beside facet i across smooth edges that are of no primitive, those with the longest common edges first. */
@@ -211,7 +210,7 @@ static uint32_t list_around(const finder *f, uint32_t i, uint32_t around[MOST_AR
             if (other == i || !is_smooth(f, h) || f->found.of_face[f->of[f->begin[other]]] != QW_NONE) continue;
             double e[3];
             edge_of(f, h, e);
-            double here = sqrt(dot(e, e));
+            double here = sqrt(qw_dot_doubles(e, e));
             uint32_t k = 0;
             while (k < count && around[k] != other) k++;
             if (k < count) continue; /* facets that meet along several edges are rare */
@@ -250,7 +249,8 @@ static bool add_facet(finder *f, uint32_t i, trial *p)
 static bool fits(qw_primitive *to, qw_primitive_kind kind, const trial *patch)
 {
     if (patch->points < qw_primitive_freedom(kind) + SPARE_TO_TRY) return false;
-    return qw_fit_primitive(to, kind, patch->point[0], patch->points, patch->normal[0], patch->normals) <= OFF;
+    return qw_fit_primitive(to, kind, patch->point[0], patch->points, patch->normal[0], patch->normals) <=
+           QW_OFF_PRIMITIVE;
 }
 
 /* Whether the triangle's vertices lie on the primitive, with its normal there. */
@@ -259,12 +259,12 @@ static bool is_on(const finder *f, const qw_primitive *p, uint32_t t)
     double gradient[3], middle[3] = {0};
     for (uint32_t i = 0; i < 3; i++) {
         const double *v = at(f, f->mesh->corner[3 * (size_t)t + i]);
-        if (!(fabs(qw_primitive_distance(p, v, gradient)) <= OFF)) return false;
+        if (!(fabs(qw_primitive_distance(p, v, gradient)) <= QW_OFF_PRIMITIVE)) return false;
         for (int k = 0; k < 3; k++) middle[k] += v[k] / 3;
     }
     if (is_sliver(f, t)) return true;
     qw_primitive_distance(p, middle, gradient);
-    return fabs(dot(gradient, normal_of(f, t))) > AGREES;
+    return fabs(qw_dot_doubles(gradient, normal_of(f, t))) > AGREES;
 }
 
 static uint32_t gather_points(finder *f)
@@ -321,7 +321,7 @@ static double sagitta_of(const finder *f, const qw_primitive *p)
 
 static bool runs_alike(const double *a, const double *b)
 {
-    return fabs(dot(a, b)) > ALIKE * sqrt(dot(a, a) * dot(b, b));
+    return fabs(qw_dot_doubles(a, b)) > ALIKE * sqrt(qw_dot_doubles(a, a) * qw_dot_doubles(b, b));
 }
 
 /* Whether facet i turns so much more at a smooth edge that runs along a direction, but for those towards facet `from`,
@@ -358,7 +358,7 @@ static double end_at(const finder *f, uint32_t stamp, uint32_t h)
     if (twin != QW_NONE && f->tried[twin / 3] == stamp) return 0;
     double e[3];
     edge_of(f, h, e);
-    return sqrt(dot(e, e));
+    return sqrt(qw_dot_doubles(e, e));
 }
 
 /* Whether the members, whose f->tried is `stamp`, end for a reason. Decided as soon as the rest changes nothing. */
@@ -396,7 +396,7 @@ static bool is_certain(finder *f, qw_primitive *p)
     uint32_t stamp = f->member_count ? f->tried[f->member[0]] : 0, points = gather_points(f);
     if (points < qw_primitive_freedom(p->kind) + SPARE_TO_STAY || !has_facets(f)) return false;
     double off = qw_refine_primitive(p, f->point, points);
-    return off <= OFF && sagitta_of(f, p) >= FAR_BETTER * off && ends_well(f, stamp);
+    return off <= QW_OFF_PRIMITIVE && sagitta_of(f, p) >= FAR_BETTER * off && ends_well(f, stamp);
 }
 
 static void keep(finder *f, const qw_primitive *p)
@@ -451,7 +451,8 @@ static void find_round(finder *f)
     uint32_t vain = 0;
     for (uint32_t k = 0; k < f->facet_count && vain < MOST_VAIN; k++) {
         uint32_t i = order[k];
-        if (f->found.of_face[f->of[f->begin[i]]] != QW_NONE || dot(f->plane[i].axis, f->plane[i].axis) == 0) continue;
+        if (f->found.of_face[f->of[f->begin[i]]] != QW_NONE || qw_dot_doubles(f->plane[i].axis, f->plane[i].axis) == 0)
+            continue;
         if (f->begin[i + 1] - f->begin[i] > MOST_SCANNED || f->vain[f->of[f->begin[i]]]) continue;
         qw_break_silence(f->env);
         if (try_facet(f, i)) vain = 0;
@@ -467,10 +468,11 @@ static void find_planes(finder *f)
         for (uint32_t m = f->begin[i]; m < f->begin[i + 1]; m++)
             if (f->found.of_face[f->of[m]] == QW_NONE)
                 f->tried[f->of[m]] = stamp, f->member[f->member_count++] = f->of[m];
-        if (f->member_count == 0 || dot(f->plane[i].axis, f->plane[i].axis) == 0) continue;
+        if (f->member_count == 0 || qw_dot_doubles(f->plane[i].axis, f->plane[i].axis) == 0) continue;
         uint32_t points = gather_points(f);
         qw_primitive p = f->plane[i];
-        if (points < 3 || !ends_well(f, stamp) || qw_refine_primitive(&p, f->point, points) > OFF) continue;
+        if (points < 3 || !ends_well(f, stamp) || qw_refine_primitive(&p, f->point, points) > QW_OFF_PRIMITIVE)
+            continue;
         keep(f, &p);
     }
 }

@@ -1,11 +1,11 @@
 /* Quads on the planes, cylinders and cones of a designed part: their vertices lie on these to rounding, and not on the
  * triangles that cut the corner; those between two of them on both. Circles have equal edges, circles about one axis
  * that lines of quads join are alike, and these lines run straight along the axis, the rows around it at one height. */
-#ifndef QW_LIMIT_EXACT_H
-#define QW_LIMIT_EXACT_H
+#ifndef QW_EXACT_EXACT_H
+#define QW_EXACT_EXACT_H
 
 #include "mesh/bvh.h"
-#include "mesh/primitives.h"
+#include "exact/primitives.h"
 #include "mesh/quadmesh.h"
 
 typedef struct qw_exact {

@@ -1,6 +1,6 @@
 /* Planes, cylinders and cones: distances from them, and those that points lie on. */
-#ifndef QW_MESH_PRIMITIVE_H
-#define QW_MESH_PRIMITIVE_H
+#ifndef QW_EXACT_PRIMITIVE_H
+#define QW_EXACT_PRIMITIVE_H
 
 #include <stdbool.h>
 #include <stdint.h>
