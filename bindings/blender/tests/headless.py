@@ -296,6 +296,9 @@ class Button(Case):
                     self.assertEqual(settings.symmetry, text.upper())
                 else:
                     table = module("settings").TABLE[option]
+                    if table["kind"] == "flag":
+                        self.assertIs(given.get(option, table["default"]), text == "on")
+                        continue
                     self.assertAlmostEqual(float(given.get(option, table["default"])), float(text), places=5)
         settings.preset = "CAD"
         settings.option_loops = 0.25
