@@ -7,9 +7,10 @@
 enum { PART_MOST = 64, PART_VERTICES = 4096, PART_FACES = 8192, PART_CORNERS = 32768 };
 
 /* A true surface. Turned: made of a profile about the z axis, from radius a[0], height a[1] to b; upright: over a line
-   from a to b in the plane, or over a circle about a of this radius; neither: the plane z = a[0]. */
+   from a to b in the plane, or over a circle about a of this radius; round: the circle about a, radius and height,
+   turned about the z axis; none of them: the plane z = a[0]. */
 typedef struct part_side {
-    enum { PART_TURNED, PART_LINE, PART_CIRCLE, PART_LEVEL } kind;
+    enum { PART_TURNED, PART_LINE, PART_CIRCLE, PART_LEVEL, PART_ROUND } kind;
     double a[2], b[2], radius;
 } part_side;
 
@@ -61,7 +62,8 @@ static inline part *part_turned(uint32_t count, const double (*profile)[2], uint
     for (uint32_t i = 0; i < count; i++) {
         uint32_t j = (i + 1) % count;
         const double *a = profile[i], *b = profile[j];
-        p->side[p->side_count++] = (part_side){PART_TURNED, {a[0], a[1]}, {b[0], b[1]}, 0};
+        if (p->side_count < PART_MOST)
+            p->side[p->side_count++] = (part_side){PART_TURNED, {a[0], a[1]}, {b[0], b[1]}, 0};
         for (uint32_t k = 0; k < n; k++) {
             uint32_t l = (k + 1) % n;
             part_quad(p, i * n + k, i * n + l, j * n + l, j * n + k);
@@ -76,28 +78,48 @@ typedef struct part_point {
     double x, y, bulge;
 } part_point;
 
-/* The outline, counter-clockwise, from z = 0 to the height; arcs in steps of at most `step`. */
-static inline part *part_upright(uint32_t count, const part_point *outline, double height, double step)
+/* The points of an outline, arcs in steps of at most `step`, into at[PART_MOST * 4]: their number. Its sides are added,
+   lines and arcs as said. */
+static inline uint32_t part_outline(part *p, uint32_t count, const part_point *outline, double step, double (*at)[2],
+                                    int line, int arc)
 {
-    part *p = calloc(1, sizeof *p);
-    uint32_t n = 0, corner[2][PART_MOST * 4];
-    double at[PART_MOST * 4][2];
+    uint32_t n = 0;
     for (uint32_t i = 0; i < count; i++) {
         const part_point *a = &outline[i], *b = &outline[(i + 1) % count];
         at[n][0] = a->x, at[n++][1] = a->y;
-        if (a->bulge == 0) {
-            p->side[p->side_count++] = (part_side){PART_LINE, {a->x, a->y}, {b->x, b->y}, 0};
-            continue;
-        }
+        part_side *side = &p->side[p->side_count++];
+        *side = (part_side){.kind = line, .a = {a->x, a->y}, .b = {b->x, b->y}};
+        if (a->bulge == 0) continue;
         double dx = b->x - a->x, dy = b->y - a->y, up = 0.5 / tan(a->bulge / 2);
         double mx = (a->x + b->x) / 2 - up * dy, my = (a->y + b->y) / 2 + up * dx;
-        p->side[p->side_count++] = (part_side){PART_CIRCLE, {mx, my}, {0, 0}, hypot(a->x - mx, a->y - my)};
+        *side = (part_side){.kind = arc, .a = {mx, my}, .radius = hypot(a->x - mx, a->y - my)};
         uint32_t steps = (uint32_t)ceil(fabs(a->bulge) / step - 1e-9);
         for (uint32_t k = 1; k < steps; k++) {
             double t = a->bulge * k / steps, x = a->x - mx, y = a->y - my;
             at[n][0] = mx + x * cos(t) - y * sin(t), at[n++][1] = my + x * sin(t) + y * cos(t);
         }
     }
+    return n;
+}
+
+/* The outline, in radius and height, turned about the z axis in n steps. */
+static inline part *part_round(uint32_t count, const part_point *outline, double step, uint32_t n)
+{
+    part sides = {.side_count = 0};
+    double at[PART_MOST * 4][2];
+    uint32_t points = part_outline(&sides, count, outline, step, at, PART_TURNED, PART_ROUND);
+    part *p = part_turned(points, (const double(*)[2])at, n);
+    memcpy(p->side, sides.side, sizeof p->side), p->side_count = sides.side_count;
+    return p;
+}
+
+/* The outline, counter-clockwise, from z = 0 to the height; arcs in steps of at most `step`. */
+static inline part *part_upright(uint32_t count, const part_point *outline, double height, double step)
+{
+    part *p = calloc(1, sizeof *p);
+    uint32_t corner[2][PART_MOST * 4];
+    double at[PART_MOST * 4][2];
+    uint32_t n = part_outline(p, count, outline, step, at, PART_LINE, PART_CIRCLE);
     for (uint32_t i = 0; i < n; i++) {
         corner[1][i] = part_vertex(p, at[i][0], at[i][1], height);
         corner[0][n - 1 - i] = part_vertex(p, at[i][0], at[i][1], 0);
@@ -161,10 +183,12 @@ static inline double part_distance(const part *p, const double *at)
     double least = INFINITY;
     for (uint32_t i = 0; i < p->side_count; i++) {
         const part_side *s = &p->side[i];
-        double x = s->kind == PART_TURNED ? hypot(at[0], at[1]) : at[0], y = s->kind == PART_TURNED ? at[2] : at[1];
+        bool is_turned = s->kind == PART_TURNED || s->kind == PART_ROUND;
+        double x = is_turned ? hypot(at[0], at[1]) : at[0], y = is_turned ? at[2] : at[1];
         double dx = s->b[0] - s->a[0], dy = s->b[1] - s->a[1], off;
         if (s->kind == PART_LEVEL) off = fabs(at[2] - s->a[0]);
-        else if (s->kind == PART_CIRCLE) off = fabs(hypot(x - s->a[0], y - s->a[1]) - s->radius);
+        else if (s->kind == PART_CIRCLE || s->kind == PART_ROUND)
+            off = fabs(hypot(x - s->a[0], y - s->a[1]) - s->radius);
         else off = fabs((x - s->a[0]) * dy - (y - s->a[1]) * dx) / hypot(dx, dy);
         least = fmin(least, off);
     }

@@ -17,7 +17,7 @@ enum { QUADS = 500 };
 static const double PI = 3.14159265358979323846;
 
 typedef struct counts {
-    int64_t planes, cylinders, cones;
+    int64_t planes, cylinders, cones, spheres, tori;
 } counts;
 
 static qw_result *remeshed(const qw_mesh_view *view, int64_t faces, bool exact)
@@ -59,6 +59,8 @@ static void expect_exact(part *p, counts found, bool has_rounds)
     assert_int_equal(r->exact_planes, found.planes);
     assert_int_equal(r->exact_cylinders, found.cylinders);
     assert_int_equal(r->exact_cones, found.cones);
+    assert_int_equal(r->exact_spheres, found.spheres);
+    assert_int_equal(r->exact_tori, found.tori);
     assert_true(farthest(p, with) < 1e-6);
     assert_true(!has_rounds || farthest(p, without) > 1e-4); /* on the triangles, or off them */
     assert_true(r->topology.euler == r->euler && r->topology.degenerate_faces == 0);
@@ -74,12 +76,12 @@ static void turned_parts(void **state)
                  thread[9][2] = {{4, 0}, {10, 0}, {12, 3}, {10, 6}, {12, 9}, {10, 12}, {12, 15}, {10, 18}, {4, 18}},
                  shaft[6][2] = {{3, 0}, {10, 0}, {12, 2}, {12, 30}, {10, 32}, {3, 32}},
                  sunk[5][2] = {{5, 0}, {20, 0}, {20, 8}, {9, 8}, {5, 4}};
-    expect_exact(part_turned(4, pipe, 48), (counts){2, 2, 0}, true);
-    expect_exact(part_turned(4, cone, 64), (counts){2, 1, 1}, true);
-    expect_exact(part_turned(8, flange, 60), (counts){4, 4, 0}, true);
-    expect_exact(part_turned(9, thread, 40), (counts){2, 1, 6}, true);
-    expect_exact(part_turned(6, shaft, 50), (counts){2, 2, 2}, true);
-    expect_exact(part_turned(5, sunk, 36), (counts){2, 2, 1}, true);
+    expect_exact(part_turned(4, pipe, 48), (counts){2, 2, 0, 0, 0}, true);
+    expect_exact(part_turned(4, cone, 64), (counts){2, 1, 1, 0, 0}, true);
+    expect_exact(part_turned(8, flange, 60), (counts){4, 4, 0, 0, 0}, true);
+    expect_exact(part_turned(9, thread, 40), (counts){2, 1, 6, 0, 0}, true);
+    expect_exact(part_turned(6, shaft, 50), (counts){2, 2, 2, 0, 0}, true);
+    expect_exact(part_turned(5, sunk, 36), (counts){2, 2, 1, 0, 0}, true);
 }
 
 static void upright_parts(void **state)
@@ -92,11 +94,28 @@ static void upright_parts(void **state)
                      slotted[4] = {{0, 0, 0}, {40, 0, PI}, {40, 20, 0}, {0, 20, PI}},
                      cut[8] = {{5, 0, 0},   {45, 0, 0}, {50, 5, 0}, {50, 35, 0},
                                {45, 40, 0}, {5, 40, 0}, {0, 35, 0}, {0, 5, 0}};
-    expect_exact(part_upright(8, rounded, 20, 0.2), (counts){6, 4, 0}, true);
-    expect_exact(part_upright(7, bracket, 30, 0.2), (counts){8, 1, 0}, true);
-    expect_exact(part_upright(4, slotted, 12, 0.15), (counts){4, 2, 0}, true);
-    expect_exact(part_upright(8, cut, 25, 0.2), (counts){10, 0, 0}, false);
-    expect_exact(part_holes(3, 0.25, 0.2, 40), (counts){6, 3, 0}, true);
+    expect_exact(part_upright(8, rounded, 20, 0.2), (counts){6, 4, 0, 0, 0}, true);
+    expect_exact(part_upright(7, bracket, 30, 0.2), (counts){8, 1, 0, 0, 0}, true);
+    expect_exact(part_upright(4, slotted, 12, 0.15), (counts){4, 2, 0, 0, 0}, true);
+    expect_exact(part_upright(8, cut, 25, 0.2), (counts){10, 0, 0, 0, 0}, false);
+    expect_exact(part_holes(3, 0.25, 0.2, 40), (counts){6, 3, 0, 0, 0}, true);
+}
+
+/* Rings, fillets whose ends are tangents, and balls. */
+static void round_parts(void **state)
+{
+    (void)state;
+    const double q = PI / 2;
+    const part_point ring[2] = {{38, 0, PI}, {22, 0, PI}},
+                     boss[7] = {{4, 0, 0}, {18, 0, 0}, {18, 12, 0}, {14, 12, -q}, {10, 16, 0}, {10, 30, 0}, {4, 30, 0}},
+                     ball[2] = {{6, -8, 2 * atan2(8, 6)}, {6, 8, 0}},
+                     wheel[5] = {{10, -3, 0}, {30, -3, q}, {33, 0, q}, {30, 3, 0}, {10, 3, 0}},
+                     pin[5] = {{3, 0, 0}, {10, 0, 0}, {10, 30, acos(0.3)}, {3, 30 + sqrt(91), 0}, {3, 10, 0}};
+    expect_exact(part_round(2, ring, 0.4, 48), (counts){0, 0, 0, 0, 1}, true);
+    expect_exact(part_round(7, boss, 0.2, 48), (counts){3, 3, 0, 0, 1}, true);
+    expect_exact(part_round(2, ball, 0.15, 40), (counts){0, 1, 0, 1, 0}, true);
+    expect_exact(part_round(5, wheel, 0.3, 60), (counts){2, 1, 0, 0, 1}, true);
+    expect_exact(part_round(5, pin, 0.15, 48), (counts){1, 2, 0, 1, 0}, true);
 }
 
 /* The edges of a pipe's rims are equal, its lines upright and its rows level. */
@@ -126,11 +145,33 @@ static void rows_are_even(void **state)
     free(p);
 }
 
+/* Where a round ends, a row of quads goes all along its tangent. */
+static void rows_follow_tangents(void **state)
+{
+    (void)state;
+    const part_point bracket[7] = {{0, 0, 0},  {60, 0, 0}, {60, 6, 0}, {14, 6, -PI / 2},
+                                   {6, 14, 0}, {6, 50, 0}, {0, 50, 0}};
+    part *p = part_upright(7, bracket, 30, 0.2);
+    qw_mesh_view view = part_view(p);
+    qw_result *result = remeshed(&view, QUADS, true);
+    qw_mesh_view m = qw_result_mesh(result);
+    uint32_t on[2] = {0, 0};
+    for (uint32_t v = 0; v < m.vertex_count; v++) {
+        const double *at = m.positions + 3 * (size_t)v;
+        if (fabs(at[1] - 6) < 1e-5 && fabs(at[0] - 14) < 3) on[0] += fabs(at[0] - 14) < 1e-5;
+        if (fabs(at[0] - 6) < 1e-5 && fabs(at[1] - 14) < 3) on[1] += fabs(at[1] - 14) < 1e-5;
+    }
+    assert_true(on[0] >= 5 && on[0] == on[1]);
+    qw_result_destroy(result);
+    free(p);
+}
+
 /* What was not designed stays as it was, to the byte. */
 static void other_shapes_stay(void **state)
 {
     (void)state;
-    shape s = shape_sphere(8);
+    shape s = shape_sphere(8); /* an egg then */
+    for (uint32_t v = 0; v < s.vertex_count; v++) s.position[3 * v] *= 1.2, s.position[3 * v + 1] *= 1.4;
     qw_mesh_view view = shape_view(&s);
     qw_result *with = remeshed(&view, 300, true), *without = remeshed(&view, 300, false);
     qw_mesh_view a = qw_result_mesh(with), b = qw_result_mesh(without);
@@ -191,7 +232,9 @@ QW_TEST_SUITE(exact)
         cmocka_unit_test(low_jacobians_are_reported),
         cmocka_unit_test(turned_parts),
         cmocka_unit_test(upright_parts),
+        cmocka_unit_test(round_parts),
         cmocka_unit_test(rows_are_even),
+        cmocka_unit_test(rows_follow_tangents),
         cmocka_unit_test(other_shapes_stay),
         cmocka_unit_test(what_follows_keeps_them),
     };

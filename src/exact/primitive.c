@@ -7,7 +7,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { STEPS = 12, UNKNOWNS = 6 };
+enum { STEPS = 12, UNKNOWNS = 7, LINE = 6, LINE_STEPS = 8 };
 /* A first guess farther off than this share of the points' extent is not refined. */
 static const double NO_GUESS = 0.05;
 /* Least pivot of the normal equations, as a share of the largest entry. */
@@ -37,6 +37,14 @@ static void frame_of(const double axis[3], double u[3], double v[3])
 
 static double cosine_of(const qw_primitive *p) { return sqrt(1 - p->sine * p->sine); }
 
+/* The length of q, and its direction. */
+static double distance_along(const double q[3], double direction[3])
+{
+    double length = sqrt(qw_dot_doubles(q, q));
+    for (int k = 0; k < 3; k++) direction[k] = length > 0 ? q[k] / length : 0;
+    return length;
+}
+
 double qw_primitive_distance(const qw_primitive *primitive, const double p[3], double gradient[3])
 {
     const double *a = primitive->axis;
@@ -47,8 +55,13 @@ double qw_primitive_distance(const qw_primitive *primitive, const double p[3], d
         memcpy(gradient, a, 3 * sizeof *a);
         return z;
     }
+    if (primitive->kind == QW_SPHERE) return distance_along(q, gradient) - primitive->radius;
     for (int k = 0; k < 3; k++) away[k] = q[k] - z * a[k];
     double rho = sqrt(qw_dot_doubles(away, away)), cosine = cosine_of(primitive);
+    if (primitive->kind == QW_TORUS) {
+        for (int k = 0; k < 3; k++) q[k] = z * a[k] + (rho > 0 ? (1 - primitive->radius / rho) * away[k] : 0);
+        return distance_along(q, gradient) - primitive->tube;
+    }
     for (int k = 0; k < 3; k++) gradient[k] = (rho > 0 ? cosine * away[k] / rho : 0) - primitive->sine * a[k];
     return (rho - primitive->radius) * cosine - z * primitive->sine;
 }
@@ -90,41 +103,73 @@ static void add_row(uint32_t n, const double row[UNKNOWNS], double right, double
     }
 }
 
-/* How the distance of a point changes as the axis shifts and tilts along u and v, the radius grows and the cone opens;
-   its value. */
-static double derivatives(const qw_primitive *p, const double u[3], const double v[3], const double at[3],
-                          double row[UNKNOWNS])
+/* How the distance of a point, (x, y, z) in the frame of the axis, rho from it, changes as the axis shifts and tilts
+   along u and v, the radius grows and the cone opens; its value. */
+static double derive_cone(const qw_primitive *p, const double at[3], double rho, double row[UNKNOWNS])
 {
-    double q[3], cosine = cosine_of(p);
-    for (int k = 0; k < 3; k++) q[k] = at[k] - p->point[k];
-    double x = qw_dot_doubles(q, u), y = qw_dot_doubles(q, v), z = qw_dot_doubles(q, p->axis),
-           rho = sqrt(x * x + y * y), least = 1e-12;
-    double ex = x / fmax(rho, least), ey = y / fmax(rho, least);
+    double cosine = cosine_of(p), ex = at[0] / rho, ey = at[1] / rho, z = at[2];
     row[0] = -ex * cosine, row[1] = -ey * cosine;
-    row[2] = -z * ex * cosine - x * p->sine, row[3] = -z * ey * cosine - y * p->sine;
+    row[2] = -z * ex * cosine - at[0] * p->sine, row[3] = -z * ey * cosine - at[1] * p->sine;
     row[4] = -cosine;
     row[5] = -(rho - p->radius) * p->sine - z * cosine;
     return (rho - p->radius) * cosine - z * p->sine;
 }
 
+/* The same of a torus, whose sixth is its shift along the axis, the seventh its tube's radius. */
+static double derive_torus(const qw_primitive *p, const double at[3], double rho, double row[UNKNOWNS])
+{
+    double ex = at[0] / rho, ey = at[1] / rho, out = rho - p->radius, z = at[2], from = sqrt(out * out + z * z);
+    if (from > 0) out /= from, z /= from;
+    row[0] = -out * ex, row[1] = -out * ey;
+    row[2] = -out * at[2] * ex + z * at[0], row[3] = -out * at[2] * ey + z * at[1];
+    row[4] = -out, row[5] = -z, row[6] = -1;
+    return from - p->tube;
+}
+
+/* The same of a sphere as it shifts along u, v and the axis and grows. */
+static double derive_sphere(const qw_primitive *p, const double at[3], double row[UNKNOWNS])
+{
+    double length = distance_along(at, row);
+    for (int k = 0; k < 3; k++) row[k] = -row[k];
+    row[3] = -1;
+    return length - p->radius;
+}
+
+static double derivatives(const qw_primitive *p, const double u[3], const double v[3], const double point[3],
+                          double row[UNKNOWNS])
+{
+    double q[3], least = 1e-12;
+    for (int k = 0; k < 3; k++) q[k] = point[k] - p->point[k];
+    const double at[3] = {qw_dot_doubles(q, u), qw_dot_doubles(q, v), qw_dot_doubles(q, p->axis)};
+    if (p->kind == QW_SPHERE) return derive_sphere(p, at, row);
+    double rho = fmax(sqrt(at[0] * at[0] + at[1] * at[1]), least);
+    return p->kind == QW_TORUS ? derive_torus(p, at, rho, row) : derive_cone(p, at, rho, row);
+}
+
+/* Changes it by the unknowns; false where it is none then. */
+static bool change(qw_primitive *p, const double u[3], const double v[3], const double b[UNKNOWNS])
+{
+    bool is_sphere = p->kind == QW_SPHERE, is_torus = p->kind == QW_TORUS;
+    double along = is_sphere ? b[2] : is_torus ? b[5] : 0;
+    for (int k = 0; k < 3; k++) p->point[k] += b[0] * u[k] + b[1] * v[k] + along * p->axis[k];
+    for (int k = 0; k < 3 && !is_sphere; k++) p->axis[k] += b[2] * u[k] + b[3] * v[k];
+    p->radius += is_sphere ? b[3] : b[4];
+    if (is_torus) p->tube += b[6];
+    if (p->kind == QW_CONE) p->sine = p->sine * sqrt(fmax(0, 1 - b[5] * b[5])) + cosine_of(p) * b[5];
+    return normalize(p->axis) && p->radius > 0 && fabs(p->sine) < 1 && p->tube >= 0;
+}
+
 /* One step of Gauss and Newton. */
 static bool improve(qw_primitive *p, const double *point, uint32_t count)
 {
-    uint32_t n = p->kind == QW_CONE ? 6 : 5;
+    uint32_t n = qw_primitive_freedom(p->kind);
     double m[UNKNOWNS][UNKNOWNS] = {{0}}, b[UNKNOWNS] = {0}, row[UNKNOWNS], u[3], v[3];
     frame_of(p->axis, u, v);
     for (uint32_t i = 0; i < count; i++) {
         double d = derivatives(p, u, v, point + 3 * (size_t)i, row);
         add_row(n, row, -d, m, b);
     }
-    if (!solve(n, m, b)) return false;
-    for (int k = 0; k < 3; k++) {
-        p->point[k] += b[0] * u[k] + b[1] * v[k];
-        p->axis[k] += b[2] * u[k] + b[3] * v[k];
-    }
-    p->radius += b[4];
-    if (n == 6) p->sine = p->sine * sqrt(fmax(0, 1 - b[5] * b[5])) + cosine_of(p) * b[5];
-    return normalize(p->axis) && p->radius > 0 && fabs(p->sine) < 1;
+    return solve(n, m, b) && change(p, u, v, b);
 }
 
 static void middle_of(const double *point, uint32_t count, double middle[3])
@@ -221,16 +266,87 @@ double qw_refine_primitive(qw_primitive *p, const double *point, uint32_t count)
     return best;
 }
 
-double qw_fit_primitive(qw_primitive *p, qw_primitive_kind kind, const double *point, uint32_t count,
-                        const double *normal, uint32_t normals)
+/* The line that meets all normals, as the axis of a torus does: the least eigenvector of the sum of their coordinates
+   (moment, direction), by inverse iteration. p->point is the middle of the points, and goes onto the line. */
+static bool guess_axis(qw_primitive *p, const qw_facing *facing, double extent)
 {
-    assert(kind < QW_PRIMITIVE_KINDS && point);
+    double m[UNKNOWNS][UNKNOWNS] = {{0}}, x[UNKNOWNS] = {1, 0.7, 0.5, 0.4, 0.3, 0.2}, unused[UNKNOWNS], trace = 0;
+    for (uint32_t i = 0; i < facing->count; i++) {
+        const double *n = facing->normal + 3 * (size_t)i, *at = facing->middle + 3 * (size_t)i;
+        double row[UNKNOWNS], q[3];
+        for (int k = 0; k < 3; k++) q[k] = (at[k] - p->point[k]) / extent, row[3 + k] = n[k];
+        qw_cross_doubles(q, n, row);
+        add_row(LINE, row, 0, m, unused);
+    }
+    for (int i = 0; i < LINE; i++) trace += m[i][i];
+    for (int i = 0; i < LINE; i++) m[i][i] += 1e-9 * trace;
+    for (int step = 0; step < LINE_STEPS; step++) {
+        double copy[UNKNOWNS][UNKNOWNS], largest = 0;
+        memcpy(copy, m, sizeof copy);
+        if (!solve(LINE, copy, x)) return false;
+        for (int i = 0; i < LINE; i++) largest = fmax(largest, fabs(x[i]));
+        for (int i = 0; i < LINE; i++) x[i] /= largest;
+    }
+    double square = qw_dot_doubles(x, x), foot[3];
+    if (!(square > 1e-12)) return false;
+    qw_cross_doubles(x, x + 3, foot);
+    for (int k = 0; k < 3; k++) p->axis[k] = x[k] / sqrt(square), p->point[k] += extent * foot[k] / square;
+    return true;
+}
+
+/* The circle in the half plane beside the axis that comes nearest to the points. */
+static bool guess_tube(qw_primitive *p, const double *point, uint32_t count)
+{
+    double m[UNKNOWNS][UNKNOWNS] = {{0}}, b[UNKNOWNS] = {0};
+    for (uint32_t i = 0; i < count; i++) {
+        double q[3];
+        for (int k = 0; k < 3; k++) q[k] = point[3 * (size_t)i + (size_t)k] - p->point[k];
+        double z = qw_dot_doubles(q, p->axis), square = qw_dot_doubles(q, q), rho = sqrt(fmax(0, square - z * z)),
+               row[UNKNOWNS] = {2 * rho, 2 * z, 1};
+        add_row(3, row, square, m, b);
+    }
+    if (!solve(3, m, b)) return false;
+    double square = b[2] + b[0] * b[0] + b[1] * b[1];
+    if (!(square > 0) || !(b[0] > 0)) return false;
+    for (int k = 0; k < 3; k++) p->point[k] += b[1] * p->axis[k];
+    p->radius = b[0], p->tube = sqrt(square);
+    return true;
+}
+
+static bool guess_sphere(qw_primitive *p, const double *point, uint32_t count)
+{
+    double m[UNKNOWNS][UNKNOWNS] = {{0}}, b[UNKNOWNS] = {0};
+    for (uint32_t i = 0; i < count; i++) {
+        double row[UNKNOWNS], q[3];
+        for (int k = 0; k < 3; k++) q[k] = point[3 * (size_t)i + (size_t)k] - p->point[k], row[k] = 2 * q[k];
+        row[3] = 1;
+        add_row(4, row, qw_dot_doubles(q, q), m, b);
+    }
+    if (!solve(4, m, b)) return false;
+    double square = b[3] + qw_dot_doubles(b, b);
+    if (!(square > 0)) return false;
+    for (int k = 0; k < 3; k++) p->point[k] += b[k], p->axis[k] = k == 2;
+    p->radius = sqrt(square);
+    return true;
+}
+
+double qw_fit_primitive(qw_primitive *p, qw_primitive_kind kind, const double *point, uint32_t count,
+                        const qw_facing *facing)
+{
+    assert(kind < QW_PRIMITIVE_KINDS && point && (facing || kind == QW_PLANE || kind == QW_SPHERE));
     if (count <= qw_primitive_freedom(kind)) return INFINITY;
     *p = (qw_primitive){.kind = kind};
     if (kind == QW_PLANE) return qw_refine_primitive(p, point, count);
     middle_of(point, count, p->point);
-    spread_axis(normal, normals, p->axis);
     double extent = extent_of(point, count, p->point);
-    if (!guess_circle(p, point, count) || !(largest_distance(p, point, count) <= NO_GUESS * extent)) return INFINITY;
+    if (kind == QW_SPHERE) {
+        if (!guess_sphere(p, point, count)) return INFINITY;
+    } else if (kind == QW_TORUS) {
+        if (!guess_axis(p, facing, extent) || !guess_tube(p, point, count)) return INFINITY;
+    } else {
+        spread_axis(facing->normal, facing->count, p->axis);
+        if (!guess_circle(p, point, count)) return INFINITY;
+    }
+    if (!(largest_distance(p, point, count) <= NO_GUESS * extent)) return INFINITY;
     return qw_refine_primitive(p, point, count);
 }

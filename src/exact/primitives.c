@@ -15,13 +15,15 @@ enum {
     FEW_FACETS = 5,
     SPARE_TO_TRY = 1, /* points more than a primitive has freedom, for it to grow, and for it to stay */
     SPARE_TO_STAY = 3,
-    SAMPLES = 400,     /* triangles that are looked at, to see whether the surface may be a designed one */
+    SAMPLES = 2000,    /* triangles that are looked at, to see whether the surface may be a designed one */
     MUCH = 12,         /* triangles */
     MOST_SCANNED = 64, /* triangles of a facet whose edges are looked at one by one */
     MOST_VAIN = 300    /* facets that are tried in vain, one after another, before the search ends */
 };
 /* The middles of the facets of a cylinder or a cone lie off it by at least so many times as much as its vertices do. */
 static const double FAR_BETTER = 3;
+/* The same of a sphere or a torus that needs no reason for its end. */
+static const double BEYOND_DOUBT = 50;
 /* A triangle with a smaller height has no normal of its own. */
 static const double SLIVER = 1e-5;
 /* Cosine between the normals of a triangle and of the primitive in its middle. */
@@ -40,8 +42,8 @@ static const double BREAK = 0.4226;
    planes and one between them always lie on a cylinder, if both are alike. */
 static const double UNEVEN = 2.5;
 
-/* A surface is searched only where at least this share of the sampled triangles lies in one plane with a neighbour, and
-   then at least this share of the area is facets of more than one triangle. */
+/* A surface is searched only where at least this share of the sampled area lies in one plane, or on one sphere, with
+   its neighbours. */
 static const double PAIRED_SHARE = 0.5;
 
 typedef struct finder {
@@ -226,9 +228,18 @@ static uint32_t list_around(const finder *f, uint32_t i, uint32_t around[MOST_AR
 /* ---- what is tried */
 
 typedef struct trial {
-    double point[MOST_POINTS][3], normal[MOST_POINTS][3];
+    double point[MOST_POINTS][3], normal[MOST_POINTS][3], middle[MOST_POINTS][3];
     uint32_t points, normals;
 } trial;
+
+static void middle_of_facet(const finder *f, uint32_t i, double middle[3])
+{
+    double corners = 3.0 * (f->begin[i + 1] - f->begin[i]);
+    memset(middle, 0, 3 * sizeof *middle);
+    for (uint32_t m = f->begin[i]; m < f->begin[i + 1]; m++)
+        for (uint32_t h = 3 * f->of[m]; h < 3 * f->of[m] + 3; h++)
+            for (int k = 0; k < 3; k++) middle[k] += at(f, f->mesh->corner[h])[k] / corners;
+}
 
 /* False where the facet has too many points. */
 static bool add_facet(finder *f, uint32_t i, trial *p)
@@ -242,6 +253,7 @@ static bool add_facet(finder *f, uint32_t i, trial *p)
             memcpy(p->point[p->points++], at(f, v), sizeof *p->point);
         }
     if (p->normals == MOST_POINTS) return false;
+    middle_of_facet(f, i, p->middle[p->normals]);
     memcpy(p->normal[p->normals++], f->plane[i].axis, sizeof *p->normal);
     return true;
 }
@@ -249,8 +261,8 @@ static bool add_facet(finder *f, uint32_t i, trial *p)
 static bool fits(qw_primitive *to, qw_primitive_kind kind, const trial *patch)
 {
     if (patch->points < qw_primitive_freedom(kind) + SPARE_TO_TRY) return false;
-    return qw_fit_primitive(to, kind, patch->point[0], patch->points, patch->normal[0], patch->normals) <=
-           QW_OFF_PRIMITIVE;
+    const qw_facing facing = {patch->normal[0], patch->middle[0], patch->normals};
+    return qw_fit_primitive(to, kind, patch->point[0], patch->points, &facing) <= QW_OFF_PRIMITIVE;
 }
 
 /* Whether the triangle's vertices lie on the primitive, with its normal there. */
@@ -338,17 +350,24 @@ static bool is_more_bent(const finder *f, uint32_t i, uint32_t from, const doubl
     return false;
 }
 
+/* Whether the surface breaks at h, or goes on with a round that was found: a plane needs that, as any triangle is one.
+ */
+static bool breaks_at(const finder *f, uint32_t h)
+{
+    if (!is_smooth(f, h) || turn_at(f, h) > BREAK) return true;
+    uint32_t beyond = f->found.of_face[f->mesh->twin[h] / 3];
+    return beyond != QW_NONE && f->found.item[beyond].kind != QW_PLANE;
+}
+
 /* Whether the surface goes on across h less bent than on one of its sides. */
 static bool ends_at(const finder *f, uint32_t h)
 {
-    if (!is_smooth(f, h)) return true;
+    if (breaks_at(f, h)) return true;
     uint32_t own = f->facet[h / 3], other = f->facet[f->mesh->twin[h] / 3];
-    if (f->found.of_face[f->mesh->twin[h] / 3] != QW_NONE) return true;
     double along[3];
     edge_of(f, h, along);
     double turn = turn_at(f, h);
-    return turn > BREAK || turn <= 0 || is_more_bent(f, own, other, along, turn) ||
-           is_more_bent(f, other, own, along, turn);
+    return turn <= 0 || is_more_bent(f, own, other, along, turn) || is_more_bent(f, other, own, along, turn);
 }
 
 /* The length of an edge where the members, whose f->tried is `stamp`, end; 0 where they go on. */
@@ -362,15 +381,16 @@ static double end_at(const finder *f, uint32_t stamp, uint32_t h)
 }
 
 /* Whether the members, whose f->tried is `stamp`, end for a reason. Decided as soon as the rest changes nothing. */
-static bool ends_well(const finder *f, uint32_t stamp)
+static bool ends_well(const finder *f, uint32_t stamp, uint32_t kind)
 {
     double length = 0, good = 0, bad = 0;
+    bool (*is_end)(const finder *, uint32_t) = kind == QW_PLANE ? breaks_at : ends_at;
     for (uint32_t m = 0; m < f->member_count; m++)
         for (uint32_t h = 3 * f->member[m]; h < 3 * f->member[m] + 3; h++) length += end_at(f, stamp, h);
     for (uint32_t m = 0; m < f->member_count; m++)
         for (uint32_t h = 3 * f->member[m]; h < 3 * f->member[m] + 3; h++) {
             double here = end_at(f, stamp, h);
-            if (here > 0) *(ends_at(f, h) ? &good : &bad) += here;
+            if (here > 0) *(is_end(f, h) ? &good : &bad) += here;
             if (bad > (1 - REASON) * length * (1 + 1e-9)) return false;
         }
     return good >= REASON * length;
@@ -391,12 +411,36 @@ static bool has_facets(const finder *f)
     return count == FEW_FACETS || (count >= LEAST_FACETS && most <= UNEVEN * least);
 }
 
+/* How many corners of a member are no ends, at most; f->tried of members is `stamp`. Any two circles about an axis lie
+   on a sphere and any three on a torus: it takes one, and all three, to tell these from what turns about an axis. */
+static uint32_t depth_of(finder *f, uint32_t stamp)
+{
+    const qw_trimesh *mesh = f->mesh;
+    uint32_t on_rim = ++f->stamp, most = 0;
+    for (uint32_t m = 0; m < f->member_count; m++)
+        for (uint32_t h = 3 * f->member[m]; h < 3 * f->member[m] + 3; h++)
+            if (mesh->twin[h] == QW_NONE || f->tried[mesh->twin[h] / 3] != stamp)
+                f->seen[mesh->corner[h]] = f->seen[mesh->corner[qw_next(h)]] = on_rim;
+    for (uint32_t m = 0; m < f->member_count; m++) {
+        uint32_t inside = 0;
+        for (uint32_t h = 3 * f->member[m]; h < 3 * f->member[m] + 3; h++) inside += f->seen[mesh->corner[h]] != on_rim;
+        most = inside > most ? inside : most;
+    }
+    return most;
+}
+
 static bool is_certain(finder *f, qw_primitive *p)
 {
     uint32_t stamp = f->member_count ? f->tried[f->member[0]] : 0, points = gather_points(f);
     if (points < qw_primitive_freedom(p->kind) + SPARE_TO_STAY || !has_facets(f)) return false;
-    double off = qw_refine_primitive(p, f->point, points);
-    return off <= QW_OFF_PRIMITIVE && sagitta_of(f, p) >= FAR_BETTER * off && ends_well(f, stamp);
+    double off = qw_refine_primitive(p, f->point, points), sagitta = sagitta_of(f, p);
+    if (off > QW_OFF_PRIMITIVE || sagitta < FAR_BETTER * off) return false;
+    if (p->kind > QW_CONE) {
+        uint32_t depth = depth_of(f, stamp);
+        if (depth == 0) return false;
+        if (sagitta >= BEYOND_DOUBT * fmax(off, LEAST_OFF) && depth >= (p->kind == QW_SPHERE ? 1 : 3)) return true;
+    }
+    return ends_well(f, stamp, p->kind);
 }
 
 static void keep(finder *f, const qw_primitive *p)
@@ -405,9 +449,9 @@ static void keep(finder *f, const qw_primitive *p)
     f->found.item[f->found.count++] = *p;
 }
 
-static bool try_patch(finder *f, uint32_t i, const trial *patch)
+static bool try_patch(finder *f, uint32_t i, const trial *patch, qw_primitive_kind last)
 {
-    for (qw_primitive_kind kind = QW_CYLINDER; kind <= QW_CONE; kind++) {
+    for (qw_primitive_kind kind = QW_CYLINDER; kind <= last; kind++) {
         qw_primitive p;
         if (!fits(&p, kind, patch)) continue;
         grow(f, i, &p);
@@ -430,7 +474,7 @@ static bool try_facet(finder *f, uint32_t i)
         for (uint32_t b = a + 1; b < count && b < PAIRED; b++) {
             p.points = p.normals = 0, f->stamp++;
             if (add_facet(f, i, &p) && add_facet(f, around[a], &p) && add_facet(f, around[b], &p) &&
-                try_patch(f, i, &p))
+                try_patch(f, i, &p, QW_CONE))
                 return true;
         }
     if (count < 2) return false;
@@ -442,7 +486,7 @@ static bool try_facet(finder *f, uint32_t i)
         uint32_t n = size > MOST_SCANNED ? 0 : list_around(f, around[a], more);
         for (uint32_t b = 0; b < n && has_room; b++) has_room = more[b] == i || add_facet(f, more[b], &p);
     }
-    return has_room && try_patch(f, i, &p);
+    return has_room && try_patch(f, i, &p, QW_TORUS);
 }
 
 static void find_round(finder *f)
@@ -460,56 +504,83 @@ static void find_round(finder *f)
     }
 }
 
-static void find_planes(finder *f)
+/* A plane that is smaller than a quad holds none. */
+static void find_planes(finder *f, uint32_t quads)
 {
+    double whole = 0;
+    for (uint32_t i = 0; i < f->facet_count; i++) whole += f->facet_area[i];
     for (uint32_t i = 0; i < f->facet_count; i++) {
         f->member_count = 0;
         uint32_t stamp = ++f->stamp;
         for (uint32_t m = f->begin[i]; m < f->begin[i + 1]; m++)
             if (f->found.of_face[f->of[m]] == QW_NONE)
                 f->tried[f->of[m]] = stamp, f->member[f->member_count++] = f->of[m];
-        if (f->member_count == 0 || qw_dot_doubles(f->plane[i].axis, f->plane[i].axis) == 0) continue;
+        if (f->member_count == 0 || f->facet_area[i] * quads < whole) continue;
+        if (qw_dot_doubles(f->plane[i].axis, f->plane[i].axis) == 0) continue;
         uint32_t points = gather_points(f);
         qw_primitive p = f->plane[i];
-        if (points < 3 || !ends_well(f, stamp) || qw_refine_primitive(&p, f->point, points) > QW_OFF_PRIMITIVE)
+        if (points < 3 || !ends_well(f, stamp, QW_PLANE) ||
+            qw_refine_primitive(&p, f->point, points) > QW_OFF_PRIMITIVE)
             continue;
         keep(f, &p);
     }
 }
 
+static double reach_of(const qw_trimesh *mesh, uint32_t t)
+{
+    float longest = 0;
+    for (uint32_t h = 3 * t; h < 3 * t + 3; h++)
+        longest = fmaxf(longest,
+                        qw_distance(mesh->position[mesh->corner[h]], mesh->position[mesh->corner[qw_next(h)]]));
+    return (double)longest;
+}
+
+/* Whether a triangle, cross(edges) long `twice`, lies in one plane with a neighbour. */
+static bool has_pair(const qw_trimesh *mesh, uint32_t t, qw_vec3 normal, double twice)
+{
+    double longest = reach_of(mesh, t), off = longest > 0 ? fmax(3 * LEAST_OFF, FLAT * twice / longest) : 0;
+    for (uint32_t h = 3 * t; h < 3 * t + 3; h++) {
+        if (mesh->twin[h] == QW_NONE) continue;
+        qw_vec3 apex = mesh->position[mesh->corner[qw_prev(mesh->twin[h])]];
+        if (fabs((double)qw_dot(qw_sub(apex, mesh->position[mesh->corner[h]]), normal)) <= off) return true;
+    }
+    return false;
+}
+
+/* Whether the vertices of a triangle and those across its edges, of one sphere, tell it from another shape. */
+static bool is_of_sphere(const qw_trimesh *mesh, uint32_t t)
+{
+    double point[6][3], middle[3] = {0}, gradient[3];
+    uint32_t count = 3;
+    for (uint32_t i = 0; i < 3; i++) {
+        uint32_t h = 3 * t + i, twin = mesh->twin[h];
+        qw_vec3 p = mesh->position[mesh->corner[h]];
+        point[i][0] = (double)p.x, point[i][1] = (double)p.y, point[i][2] = (double)p.z;
+        for (int k = 0; k < 3; k++) middle[k] += point[i][k] / 3;
+        if (twin == QW_NONE) continue;
+        p = mesh->position[mesh->corner[qw_prev(twin)]];
+        point[count][0] = (double)p.x, point[count][1] = (double)p.y, point[count++][2] = (double)p.z;
+    }
+    qw_primitive sphere;
+    double off = qw_fit_primitive(&sphere, QW_SPHERE, point[0], count, NULL);
+    return off <= QW_OFF_PRIMITIVE &&
+           BEYOND_DOUBT * fmax(off, LEAST_OFF) <= fabs(qw_primitive_distance(&sphere, middle, gradient));
+}
+
 bool qw_may_be_designed(const qw_trimesh *mesh)
 {
-    uint32_t n = mesh->face_count, step = n / SAMPLES + 1, looked = 0, paired = 0;
-    for (uint32_t t = 0; t < n; t += step, looked++) {
-        qw_vec3 cross = qw_face_cross(mesh, t), normal = qw_normalize(cross);
-        float longest = 0;
-        for (uint32_t h = 3 * t; h < 3 * t + 3; h++)
-            longest = fmaxf(longest,
-                            qw_distance(mesh->position[mesh->corner[h]], mesh->position[mesh->corner[qw_next(h)]]));
-        float off = longest > 0 ? fmaxf(3 * (float)LEAST_OFF, (float)FLAT * qw_length(cross) / longest) : 0;
-        bool is_paired = false;
-        for (uint32_t h = 3 * t; h < 3 * t + 3 && !is_paired; h++) {
-            if (mesh->twin[h] == QW_NONE) continue;
-            qw_vec3 apex = mesh->position[mesh->corner[qw_prev(mesh->twin[h])]];
-            is_paired = fabsf(qw_dot(qw_sub(apex, mesh->position[mesh->corner[h]]), normal)) <= off;
-        }
-        paired += is_paired;
+    double whole = 0, paired = 0;
+    for (uint32_t t = 0, step = mesh->face_count / SAMPLES + 1; t < mesh->face_count; t += step) {
+        qw_vec3 cross = qw_face_cross(mesh, t);
+        double twice = (double)qw_length(cross);
+        whole += twice;
+        if (has_pair(mesh, t, qw_normalize(cross), twice) || is_of_sphere(mesh, t)) paired += twice;
     }
-    return paired >= PAIRED_SHARE * looked;
+    return paired > 0 && paired >= PAIRED_SHARE * whole;
 }
 
-/* Whether enough of the area is in facets of more than one triangle. */
-static bool has_large_facets(const finder *f)
-{
-    double whole = 0, large = 0;
-    for (uint32_t i = 0; i < f->facet_count; i++) {
-        whole += f->facet_area[i];
-        if (f->begin[i + 1] - f->begin[i] > 1) large += f->facet_area[i];
-    }
-    return large >= PAIRED_SHARE * whole;
-}
-
-qw_primitives qw_find_primitives(qw_env *env, const qw_trimesh *mesh, const double *position, double sharp)
+qw_primitives qw_find_primitives(qw_env *env, const qw_trimesh *mesh, const double *position, double sharp,
+                                 uint32_t quads)
 {
     assert(mesh->twin && position);
     uint32_t n = mesh->face_count, vertices = mesh->vertex_count;
@@ -524,13 +595,14 @@ qw_primitives qw_find_primitives(qw_env *env, const qw_trimesh *mesh, const doub
     f.member = QW_NEW(env, uint32_t, n), f.point = QW_NEW(env, double, 3 * (size_t)vertices);
     measure_triangles(&f);
     make_facets(&f);
-    if (has_large_facets(&f)) {
+    for (uint32_t before = QW_NONE;
+         before != f.found.count;) { /* what is found is a reason for what is beside it to end */
+        before = f.found.count;
+        memset(f.vain, 0, n * sizeof *f.vain);
         find_round(&f);
-        find_planes(&f);
     }
-    double whole = 0, held = 0;
-    for (uint32_t t = 0; t < n; t++) whole += f.area[t], held += found.of_face[t] != QW_NONE ? f.area[t] : 0;
-    found.count = f.found.count, found.share = whole > 0 ? held / whole : 0;
+    find_planes(&f, quads);
+    found.count = f.found.count;
     qw_scope_end(env);
     return found;
 }

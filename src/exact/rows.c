@@ -1,5 +1,6 @@
 #include "exact/rows.h"
 
+#include "exact/ease.h"
 #include "math/elementary.h"
 
 #include <assert.h>
@@ -7,9 +8,7 @@
 #include <string.h>
 
 /* In edges: how far a vertex may move; MOST_AROUND on a circle or a line, as those around it move along. */
-static const double MOST = 0.5, MOST_AROUND = 1.5;
-/* Cosine between an edge and the axis, or the way around it, along which it runs. */
-static const double ALONG = 0.85;
+static const double MOST = 0.5, MOST_AROUND = 0.7;
 /* In the frame: vertices of one circle differ by less in height and radius. */
 static const double ONE_CIRCLE = 1e-6;
 /* One less the cosine between axes that are parallel. */
@@ -89,7 +88,7 @@ static double turn_between(double from, double to) { return qw_remainder(to - fr
 
 static bool is_round(const evening *e, uint32_t item)
 {
-    return item != QW_NONE && e->held->item[item].kind != QW_PLANE;
+    return item != QW_NONE && e->held->item[item].kind != QW_PLANE && e->held->item[item].kind != QW_SPHERE;
 }
 
 static bool is_of(const evening *e, uint32_t v, uint32_t item)
@@ -217,7 +216,8 @@ static double wanted_angle(const evening *e, uint32_t v)
 
 static void put_circles(const evening *e)
 {
-    for (uint32_t v = 0; v < e->quads->vertex_count; v++) e->fixed[v] = e->curves[v] > 0 || is_corner(e, v);
+    for (uint32_t v = 0; v < e->quads->vertex_count; v++)
+        e->fixed[v] = e->curves[v] > 0 || is_corner(e, v) || e->held->on_tangent[v];
     for (uint32_t i = 0; i < e->circle_count; i++) {
         const circle *c = &e->circles[i];
         for (uint32_t k = 0; k < c->count; k++) {
@@ -240,7 +240,7 @@ static bool runs(const evening *e, uint32_t item, uint32_t h, bool around)
     double up = fabs(t.height - s.height), out = t.radius - s.radius,
            side = fabs(turn_between(s.angle, t.angle)) * 0.5 * (s.radius + t.radius);
     up = sqrt(up * up + out * out);
-    return (around ? side : up) > ALONG * sqrt(up * up + side * side);
+    return (around ? side : up) > QW_ALONG_AXIS * sqrt(up * up + side * side);
 }
 
 /* Vertices of the line that begins with h, straight on through regular ones on the item, along the axis of `about` or
@@ -370,16 +370,19 @@ static double radius_at(const qw_primitive *p, double height)
 
 static void level(evening *e, uint32_t item, uint32_t count)
 {
-    double least = INFINITY, most = -INFINITY, mean = 0;
+    const qw_primitive *p = &e->held->item[item];
+    double least = INFINITY, most = -INFINITY, mean = 0, radius = 0;
     for (uint32_t i = 0; i < count; i++) {
-        double height = turned_of(e, item, e->line[i]).height;
-        least = fmin(least, height), most = fmax(most, height), mean += height / count;
+        turned t = turned_of(e, item, e->line[i]);
+        least = fmin(least, t.height), most = fmax(most, t.height);
+        mean += t.height / count, radius += t.radius / count;
     }
+    if (p->kind != QW_TORUS) radius = radius_at(p, mean);
     if (most - least > ONE_ROW * (double)e->held->edge[e->line[0]]) return;
     for (uint32_t i = 0; i < count; i++) {
         turned t = turned_of(e, item, e->line[i]);
         e->fixed[e->line[i]] = 1;
-        t.height = mean, t.radius = radius_at(&e->held->item[item], mean);
+        t.height = mean, t.radius = radius;
         put_turned(e, item, e->line[i], t);
     }
 }
@@ -447,23 +450,33 @@ static double least_sine(const qw_quadmesh *q, uint32_t f, const double *place)
     return least;
 }
 
-/* Where a quad would become bad, or worse than it was, its vertices go back. */
-static void take_back(const evening *e, const double *before)
+void qw_undo_bad(const qw_quadmesh *q, double *place, const double *before, double slack, uint8_t *back)
 {
-    const qw_quadmesh *q = e->quads;
     bool any = true;
     for (int round = 0; round < BACK_ROUNDS && any; round++) {
         any = false;
         for (uint32_t f = 0; f < q->face_count; f++) {
-            double is = least_sine(q, f, e->held->place), was = least_sine(q, f, before);
-            if (is >= GOOD || is >= was - 1e-12) continue;
+            double is = least_sine(q, f, place), was = least_sine(q, f, before);
+            if (is >= GOOD || is >= was - slack) continue;
             any = true;
             for (size_t i = 0; i < 4; i++) {
                 size_t v = q->corner[4 * (size_t)f + i];
-                memcpy(e->held->place + 3 * v, before + 3 * v, 3 * sizeof *before);
+                memcpy(place + 3 * v, before + 3 * v, 3 * sizeof *before);
+                if (back) back[v] = 1;
             }
         }
     }
+}
+
+/* Right angles again around what was moved: circles, lines and rows have their places. */
+static void ease(const evening *e)
+{
+    uint32_t n = e->quads->vertex_count;
+    uint8_t *stays = QW_NEW(e->env, uint8_t, n);
+    for (uint32_t v = 0; v < n; v++)
+        stays[v] = e->circle[v] != QW_NONE || (e->fixed[v] && e->curves[v] == 0) || e->held->on_tangent[v];
+    qw_ease_angles(e->env, e->quads, e->held, stays);
+    qw_free(e->env, stays);
 }
 
 void qw_even_rows(qw_env *env, const qw_quadmesh *quads, const qw_held *held)
@@ -481,6 +494,7 @@ void qw_even_rows(qw_env *env, const qw_quadmesh *quads, const qw_held *held)
     e.fixed = QW_NEW_ZERO(env, uint8_t, n);
     double *before = QW_NEW(env, double, 3 * (size_t)n), *between = QW_NEW(env, double, 3 * (size_t)n);
     memcpy(before, held->place, 3 * (size_t)n * sizeof *before);
+    held->find_tangents(held->user);
     visit_lines(&e, true, join_ends), visit_lines(&e, false, join_ends);
     put_circles(&e);
     spread(&e, before);
@@ -490,6 +504,10 @@ void qw_even_rows(qw_env *env, const qw_quadmesh *quads, const qw_held *held)
     visit_lines(&e, true, straighten), visit_lines(&e, false, straighten);
     spread(&e, between);
     held->settle(held->user);
-    take_back(&e, before);
+    uint8_t *back = QW_NEW_ZERO(env, uint8_t, n);
+    qw_undo_bad(quads, held->place, before, 1e-12, back);
+    for (uint32_t v = 0; v < n; v++)
+        if (back[v] && held->on_tangent[v]) held->leave_tangent(held->user, v);
+    ease(&e);
     qw_scope_end(env);
 }

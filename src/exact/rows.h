@@ -5,6 +5,9 @@
 #include "exact/primitive.h"
 #include "mesh/quadmesh.h"
 
+/* Cosine between an edge and the axis, the way around it or a tangent, along which it runs. */
+static const double QW_ALONG_AXIS = 0.85;
+
 /* Where vertices belong. */
 typedef struct qw_held {
     const qw_primitive *item;
@@ -12,7 +15,11 @@ typedef struct qw_held {
     uint32_t (*of)[2]; /* uint32_t[vertices][2]: primitives that a vertex lies on, or QW_NONE; the first first */
     const float *edge; /* float[vertices]: mean length of the edges there */
     double *place;     /* double[vertices][3] */
-    void (*settle)(void *user); /* puts all places onto their primitives again */
+    void (*settle)(void *user);                           /* puts all places onto their primitives again */
+    void (*put)(void *user, uint32_t v, double place[3]); /* puts one there */
+    void (*find_tangents)(void *user);                    /* puts rows along tangents onto these, and marks them */
+    void (*leave_tangent)(void *user, uint32_t v);        /* of what it was before */
+    const uint8_t *on_tangent;                            /* uint8_t[vertices] */
     void *user;
 } qw_held;
 
@@ -20,5 +27,9 @@ typedef struct qw_held {
    the axis one angle, rows around it one height. The vertices lie on their primitives before. quads: linked, with
    kinds. */
 void qw_even_rows(qw_env *env, const qw_quadmesh *quads, const qw_held *held);
+
+/* Where a quad would become bad, and worse by more than `slack` than it was, least sines of its corners both, its
+   vertices go back to `before`, double[vertices][3], and back, uint8_t[vertices], is 1 (NULL: not told). */
+void qw_undo_bad(const qw_quadmesh *quads, double *place, const double *before, double slack, uint8_t *back);
 
 #endif

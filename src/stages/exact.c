@@ -12,9 +12,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Share of the area that must be of primitives: a part of which less is, is not designed of them. */
-static const double LEAST_SHARE = 0.5;
-
 typedef struct exacting {
     qw_run_state *run;
     qw_trimesh surface;
@@ -64,8 +61,7 @@ static bool find(exacting *x)
     x->surface = run->whole.clean.mesh, x->surface.component = NULL;
     if (!qw_may_be_designed(&x->surface)) return false;
     take_positions(x);
-    x->found = qw_find_primitives(run->env, &x->surface, x->position, sharp);
-    if (x->found.share < LEAST_SHARE) return false;
+    x->found = qw_find_primitives(run->env, &x->surface, x->position, sharp, run->finished.face_count);
     x->exact = (qw_exact){.found = &x->found, .surface = &x->surface, .position = x->position};
     x->exact.tree = qw_bvh_build(run->env, &x->surface);
     return true;
@@ -117,13 +113,15 @@ static void count_found(exacting *x)
         r->exact_planes += x->found.item[i].kind == QW_PLANE;
         r->exact_cylinders += x->found.item[i].kind == QW_CYLINDER;
         r->exact_cones += x->found.item[i].kind == QW_CONE;
+        r->exact_spheres += x->found.item[i].kind == QW_SPHERE;
+        r->exact_tori += x->found.item[i].kind == QW_TORUS;
     }
 }
 
 void qw_make_exact(qw_run_state *run, bool is_cage, bool evens)
 {
     qw_report *r = run->report;
-    r->exact_planes = r->exact_cylinders = r->exact_cones = r->exact_vertices = 0;
+    r->exact_planes = r->exact_cylinders = r->exact_cones = r->exact_spheres = r->exact_tori = r->exact_vertices = 0;
     if (!is_asked(run)) return;
     qw_scope_begin(run->env);
     exacting x = {.run = run};

@@ -1,4 +1,4 @@
-/* The quads of a designed part on its planes, cylinders and cones (limit/exact.h). */
+/* The quads of a designed part on its planes, cylinders and their like (exact/exact.h). */
 #ifndef QW_STAGES_EXACT_H
 #define QW_STAGES_EXACT_H
 
