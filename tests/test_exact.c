@@ -226,9 +226,28 @@ static void low_jacobians_are_reported(void **state)
     free(p);
 }
 
+/* Quads both sides of whose corner lie on one sharp edge: only another edge there helps. */
+static void sides_turn_for_jacobians(void **state)
+{
+    (void)state;
+    shape s = shape_hand(3);
+    qw_mesh_view view = shape_view(&s);
+    qw_result *result;
+    qw_options o;
+    qw_options_init(&o);
+    o.faces = 100, o.jacobian_min = 0.3;
+    assert_int_equal(qw_remesh(&view, &o, NULL, &result), QW_OK);
+    const qw_report *r = qw_result_report(result);
+    assert_true(r->raised_jacobians > 0 && r->low_jacobians == 0);
+    assert_true(r->topology.euler == r->euler && r->topology.degenerate_faces == 0);
+    qw_result_destroy(result);
+    shape_free(&s);
+}
+
 QW_TEST_SUITE(exact)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(sides_turn_for_jacobians),
         cmocka_unit_test(low_jacobians_are_reported),
         cmocka_unit_test(turned_parts),
         cmocka_unit_test(upright_parts),

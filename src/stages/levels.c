@@ -12,12 +12,16 @@
 #include "limit/jacobian.h"
 #include "limit/stencils.h"
 #include "quad/fit.h"
+#include "quad/moves.h"
 #include "symmetry/half.h"
 
 #include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
+
+/* Tries of turning sides of quads, and the quads that are looked at again in all of them. */
+enum { LEAST_TURNS = 16, MOST_TURNED = 1 << 18 };
 
 /* The quads of the result while they are fitted and split. */
 typedef struct leveling {
@@ -138,13 +142,72 @@ static void fit_limit(leveling *l)
     qw_fit_limit(run->env, &l->quads, &fit);
 }
 
+static bool is_low(const qw_run_state *run, const qw_quadmesh *q, uint32_t f)
+{
+    return qw_scaled_jacobian(q->position, q->corner + 4 * (size_t)f) < (float)run->options.jacobian_min;
+}
+
+/* Quads below the aim; *least: the lowest of all. */
+static uint32_t count_low_of(const qw_run_state *run, const qw_quadmesh *q, float *least)
+{
+    uint32_t low = 0;
+    *least = 1;
+    for (uint32_t f = 0; f < q->face_count; f++) {
+        low += is_low(run, q, f);
+        *least = fminf(*least, qw_scaled_jacobian(q->position, q->corner + 4 * (size_t)f));
+    }
+    return low;
+}
+
 static uint32_t count_low(const qw_run_state *run)
 {
-    const qw_quadmesh *q = &run->finished;
-    uint32_t low = 0;
-    for (uint32_t f = 0; f < q->face_count; f++)
-        low += qw_scaled_jacobian(q->position, q->corner + 4 * (size_t)f) < (float)run->options.jacobian_min;
-    return low;
+    float least;
+    return count_low_of(run, &run->finished, &least);
+}
+
+/* Whether a corner of the quad stays where it is. */
+static bool has_rim(const leveling *l, uint32_t f)
+{
+    for (uint32_t h = 4 * f; l->stays && f != QW_NONE && h < 4 * f + 4; h++)
+        if (l->stays[l->quads.corner[h]]) return true;
+    return false;
+}
+
+/* Turns the side h of a low quad on, or back, and moves vertices again; kept where fewer quads are low then, and none
+   lower than the lowest was. */
+static bool turn_side(leveling *l, uint32_t h, qw_quad_move_kind way, uint32_t *low, float *least)
+{
+    qw_run_state *run = l->run;
+    uint32_t beyond = l->quads.twin[h];
+    if (beyond == QW_NONE || has_rim(l, h / 4) || has_rim(l, beyond / 4)) return false;
+    qw_scope_begin(run->env);
+    qw_quad_edit e = qw_quad_edit_open(run->env, &l->quads);
+    bool is_better = false;
+    if (qw_make_quad_move(&e, (qw_quad_move){h, way}, false)) {
+        qw_raise_jacobians(run->env, &e.mesh, &l->shape, l->stays, (float)run->options.jacobian_min);
+        float lowest;
+        uint32_t left = count_low_of(run, &e.mesh, &lowest);
+        is_better = left < *low && lowest >= *least;
+        if (is_better) *low = left, *least = lowest, l->quads = e.mesh, qw_quad_edit_keep(&e);
+    }
+    qw_scope_end(run->env);
+    return is_better;
+}
+
+/* Where both sides of a corner lie on one curve no move of vertices helps: another edge has to come there. */
+static void turn_sides(leveling *l)
+{
+    const qw_run_state *run = l->run;
+    float least;
+    uint32_t low = count_low_of(run, &l->quads, &least), faces = l->quads.face_count, tries = 0;
+    if (run->mirror.is_used) return; /* both halves would have to turn alike */
+    for (uint32_t f = 0; f < faces && low > 0; f++)
+        for (uint32_t h = 4 * f; h < 4 * f + 4 && is_low(run, &l->quads, f); h++)
+            for (int way = QW_ROTATE_ON; way <= QW_ROTATE_BACK; way++) {
+                if (tries++ >= LEAST_TURNS && (uint64_t)tries * faces > MOST_TURNED) return;
+                qw_break_silence(run->env);
+                if (turn_side(l, h, (qw_quad_move_kind)way, &low, &least)) break;
+            }
 }
 
 /* Not for quads whose limit surface is what lies near. */
@@ -157,6 +220,7 @@ static void raise_jacobians(leveling *l)
     l->quads = run->finished;
     find_components(l);
     qw_raise_jacobians(run->env, &l->quads, &l->shape, l->stays, (float)run->options.jacobian_min);
+    turn_sides(l);
     run->output = write_positions(l);
     run->finished = l->quads;
     qw_make_exact(run, false, false);
