@@ -2,7 +2,7 @@
 #ifndef QW_EXACT_EASE_H
 #define QW_EXACT_EASE_H
 
-#include "exact/rows.h"
+#include "exact/held.h"
 
 /* Moves vertices on their primitives where that makes the corners around nearer to right angles:
    those all of whose neighbours lie on the primitive too, and, along it, those on the curve of two. stays:

@@ -157,6 +157,10 @@ class Quads:
         for name, array in self.arrays.items():
             if name in ("vertices", "quads"):
                 continue
+            if name == "creases":
+                both = number[array]
+                made.arrays[name] = both[(both >= 0).all(1)]
+                continue
             made.arrays[name] = array[self._rows(name, array, counts, (vertices, quads, corners))]
         return made
 
@@ -306,7 +310,8 @@ def mark_edges(mesh, snapshot, quads, followed):
     for kind, name in (("SHARP", "sharp edges"), ("SEAM", "seams"), ("CREASE", "creases")):
         lines = snapshot.edges[snapshot.edge_marks[kind]]
         is_own = kind == "SEAM" and "own uv" in quads.arrays
-        if not len(lines) and not is_own and not (kind == "CREASE" and snapshot.creases[~gone].any()):
+        is_cage = kind == "CREASE" and "creases" in quads.arrays
+        if not len(lines) and not is_own and not is_cage and not (kind == "CREASE" and snapshot.creases[~gone].any()):
             continue
         if is_own:
             on = _uv_borders(mesh, quads, edges, quads.arrays["own uv"].reshape(-1, 2))
@@ -319,6 +324,9 @@ def mark_edges(mesh, snapshot, quads, followed):
             elif len(lines) and is_new.any():
                 on[is_new] = _on_lines(snapshot, quads, edges[is_new], lines)
         on[~is_new] = snapshot.edge_marks[kind][origin[~is_new]]
+        if is_cage:
+            on |= _among(edges, quads.arrays["creases"], len(quads.vertices))
+            _set_corners(mesh, quads.arrays["creases"])
         if kind == "CREASE":
             creases = on.astype(np.float32)
             creases[~is_new] = snapshot.creases[origin[~is_new]]
@@ -364,6 +372,23 @@ def mark_faces(mesh, snapshot, quads):
             elements.foreach_set(name, on if name == "select" else ~on)
     mesh.polygons.foreach_set("select", np.arange(len(sizes)) < count)
     mesh.polygons.foreach_set("hide", hidden)
+
+
+def _among(edges, chosen, count):
+    """bool (edges,): those that are among others."""
+    key = [np.sort(pairs.astype(np.int64), axis=1) @ np.array([count, 1]) for pairs in (edges, chosen)]
+    return np.isin(key[0], key[1])
+
+
+def _set_corners(mesh, creases):
+    """Corners of a cage, vertices twice in a pair: creases of vertices, where Blender's meshes can be given some."""
+    corners = creases[creases[:, 0] == creases[:, 1], 0]
+    if not len(corners) or bpy.app.version < (4, 0, 0):
+        return
+    layer = mesh.attributes.get("crease_vert") or mesh.attributes.new("crease_vert", "FLOAT", "POINT")
+    on = np.zeros(len(mesh.vertices), np.float32)
+    on[corners] = 1
+    layer.data.foreach_set("value", on)
 
 
 def _set_creases(mesh, creases):

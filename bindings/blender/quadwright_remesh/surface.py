@@ -59,6 +59,8 @@ class Surface:
         result = self.remesher.remesh(progress=progress, most_weights=header["most_weights"], provenance=self.region is not None, **options)
         reply = {"report": dict(result.report), "transfer": result.transfer, "seconds": time.monotonic() - begun, "asset": result.asset}
         out = {"vertices": result.vertices, "quads": result.quads}
+        if result.creases is not None:
+            out["creases"] = result.creases
         if self.region is not None:
             out.update(self._kept(result))
         for name, attribute in result.attributes.items():

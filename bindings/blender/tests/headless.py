@@ -859,6 +859,19 @@ class Steering(Case):
     def on_line(self, obj, x):
         return (np.abs(places(obj.data)[:, 0] - x) < 1e-4).sum()
 
+    def test_cages_have_creases(self):
+        """A cube's edges are creases of the cage whose limit surface it is."""
+        settings = fresh()
+        bpy.ops.mesh.primitive_cube_add()
+        obj = bpy.context.object
+        settings.target, settings.faces, settings.option_fit_to = "FACES", 96, "limit"
+        remesh()
+        ends = places(obj.data)[read(obj.data.edges, "vertices", np.int32, 2)]
+        sharp = ((np.abs(ends).min(1) > 0.999).sum(1) >= 2)
+        creases = read(obj.data.edges, "crease", np.float32)
+        self.assertGreaterEqual(sharp.sum(), 12)
+        np.testing.assert_array_equal(creases > 0.99, sharp)
+
     def test_marks(self):
         x = round(-1 + 2 / 50 * 31, 6)
         for kind in ("SHARP", "SEAM", "CREASE", "MATERIAL"):

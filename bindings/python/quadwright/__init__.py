@@ -358,12 +358,13 @@ class Result(_Meshlike):
     tiles ("color.1002") the second and so on as UDIM numbers them. asset: figures of the texture coordinates and maps, a dict, or None.
     save() writes the maps too. provenance: a Provenance where it was asked for or attributes were carried, else None. field: float32 (vertices or faces of
     the input, 3), a direction of each cross that the quads followed, or None. coarse: with subdivide, (vertices, quads) of what was split, level 0: its
-    vertices are the first of the result, and quad f became the quads 4 ** subdivide * f and on; else None. library: the mtllib of the OBJ file that the surface is from. scene: what
+    vertices are the first of the result, and quad f became the quads 4 ** subdivide * f and on; else None. creases: with fit_to="limit", int32 (k, 2), vertices of edges that are infinitely sharp creases of the Catmull-Clark surface, of corners
+    twice the same; None where there is none. library: the mtllib of the OBJ file that the surface is from. scene: what
     its glTF file holds beside it, which save() writes into a .glb or .gltf; or None.
     """
 
     def __init__(self, told, normals="input", library=None, scene=None, context=None):
-        (positions, _, sizes, corners, _), report, attributes, self.transfer, provenance, field, shaded, asset, coarse = told
+        (positions, _, sizes, corners, marks), report, attributes, self.transfer, provenance, field, shaded, asset, coarse = told
         self.vertices = np.asarray(positions)
         self.faces = np.asarray(corners)
         self.face_sizes = None if sizes is None else np.asarray(sizes)
@@ -377,6 +378,7 @@ class Result(_Meshlike):
         self.provenance = None if provenance is None else Provenance(provenance)
         self.field = None if field is None else np.asarray(field)
         self.coarse = None if coarse is None else (np.asarray(coarse[0]), np.asarray(coarse[3]))
+        self.creases = None if marks is None else np.asarray(marks)
         self.library = library
         self.scene = scene
         self.asset, self.maps, self._run = None, {}, None
