@@ -111,6 +111,32 @@ static qw_status settle_normals(session *s)
     return status;
 }
 
+static bool has_label(const session *s, const char *name)
+{
+    for (uint32_t i = 0; i < s->carried_count; i++)
+        if (strcmp(s->carried[i].name, name) == 0) return true;
+    return false;
+}
+
+/* Which quads lie in holes that were closed: a property of PLY, else groups, or, in glTF, materials, where the input
+   has none. */
+static qw_status settle_filled(session *s)
+{
+    const qw_arguments *a = s->arguments;
+    bool is_scene = a->format == QW_FORMAT_GLB || a->format == QW_FORMAT_GLTF;
+    const char *name = a->format == QW_FORMAT_PLY ? "filled" : is_scene ? "material" : "group";
+    if (a->bare || qw_get_report(s->context)->filled_holes == 0 || has_label(s, name)) return QW_OK;
+    qw_attribute *list = malloc((s->carried_count + 1) * sizeof *list);
+    if (!list) return QW_MEMORY;
+    for (uint32_t i = 0; i < s->carried_count; i++) list[i] = s->carried[i];
+    qw_status status = keep(s, qw_get_filled(s->context, &list[s->carried_count]));
+    list[s->carried_count].name = name;
+    free(s->settled);
+    s->carried = s->settled = list;
+    if (status == QW_OK) s->carried_count++;
+    return status;
+}
+
 /* Texture coordinates of the result's own instead of those of the input. */
 static qw_status settle_uv(session *s)
 {
@@ -258,6 +284,7 @@ static qw_status write_results(session *s)
     s->writing = true;
     if (a->output) status = carry_attributes(s);
     if (a->output && status == QW_OK) status = settle_normals(s);
+    if (a->output && status == QW_OK) status = settle_filled(s);
     if (a->output && status == QW_OK) status = settle_uv(s);
     if (a->output && status == QW_OK) status = bake(s);
     if (status == QW_OK && a->json) {
@@ -344,6 +371,7 @@ static qw_status make_level(session *s, const qw_arguments *all, int64_t level, 
     if (status == QW_OK && is_in_one_file(all)) {
         s->writing = true, status = carry_attributes(s);
         if (status == QW_OK) status = settle_normals(s);
+        if (status == QW_OK) status = settle_filled(s);
         if (status == QW_OK) status = settle_uv(s);
         if (status == QW_OK) status = bake(s);
         if (status == QW_OK) status = keep(s, qw_take_level(s->context, s->carried, s->carried_count, taken));

@@ -571,6 +571,36 @@ static void test_holes(void **unused)
     run_with_holes(24, 2, 0);
 }
 
+/* Faces in the cap of the ball that was cut off are told from others. */
+static void test_filled_faces(void **unused)
+{
+    (void)unused;
+    soup s = ball_with_holes();
+    qw_mesh_view view = view_of(&s), quads;
+    qw_options o;
+    qw_options_init(&o);
+    o.faces = 600, o.fill_holes = 24, o.sharp_angle = 180;
+    qw_attribute filled;
+    qw_context *c;
+    assert_int_equal(qw_create(NULL, &c), QW_OK);
+    assert_int_equal(qw_set_mesh(c, &view), QW_OK);
+    assert_int_equal(qw_get_filled(c, &filled), QW_NOT_READY);
+    assert_int_equal(qw_run(c, &o), QW_OK);
+    assert_int_equal(qw_get_mesh(c, &quads), QW_OK);
+    assert_int_equal(qw_get_filled(c, &filled), QW_OK);
+    assert_int_equal(filled.count, quads.face_count);
+    uint32_t on = 0;
+    for (uint32_t f = 0; f < quads.face_count; f++) {
+        double z = 0;
+        for (uint32_t i = 0; i < 4; i++) z += quads.positions[3 * (size_t)quads.corners[4 * f + i] + 2] / 4;
+        if (z > 0.93) assert_int_equal(filled.labels[f], 1);
+        if (z > -0.5 && z < 0.8) on += filled.labels[f] == 1; /* the hole of four edges is somewhere there */
+    }
+    assert_true(on < 40);
+    qw_destroy(c);
+    soup_free(&s);
+}
+
 /* ---- points */
 
 static void run_points(const char *name, bool has_colour)
@@ -727,6 +757,7 @@ QW_TEST_SUITE(wrap)
         cmocka_unit_test(test_advice),
         cmocka_unit_test(test_visible),
         cmocka_unit_test(test_holes),
+        cmocka_unit_test(test_filled_faces),
         cmocka_unit_test(test_points),
         cmocka_unit_test(test_own_points),
         cmocka_unit_test(test_contexts),

@@ -511,6 +511,9 @@ QW_API qw_status qw_unwrap(qw_context *context, const qw_asset_options *options,
                            qw_attribute *uv, qw_asset_report *report);
 /* *normals is an attribute of the result, "normal", valid as the provenance is. */
 QW_API qw_status qw_get_normals(qw_context *context, qw_shading shading, qw_attribute *normals);
+/* *filled is an attribute of the result, labels "filled" by faces, valid as the provenance is: "filled" (1) where a
+ * face lies in a hole that `fill_holes` closed, "surface" (0) elsewhere. */
+QW_API qw_status qw_get_filled(qw_context *context, qw_attribute *filled);
 /* Writes the state after its last finished stage to a file, and takes it up again in a context without a mesh. */
 QW_API qw_status qw_dump(qw_context *context, const char *path);
 QW_API qw_status qw_resume(qw_context *context, const char *path);

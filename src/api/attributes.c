@@ -5,6 +5,7 @@
 #include "api/asset.h"
 
 #include "attributes/normals.h"
+#include "base/constants.h"
 #include "base/printable.h"
 #include "base/view.h"
 #include "api/context.h"
@@ -13,8 +14,10 @@
 #include "io/soup.h"
 #include "core/joined.h"
 #include "limit/cage.h"
+#include "mesh/bvh.h"
 #include "api/loaded.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -213,6 +216,60 @@ qw_status qw_get_normals(qw_context *context, qw_shading shading, qw_attribute *
     normals_call call = {.c = &context->state, .shading = shading};
     status = qw_protect(context->state.env, find_normals, &call);
     if (status == QW_OK) *normals = call.normals;
+    return qw_done(context, status);
+}
+
+/* ---- filled holes */
+
+typedef struct filled_call {
+    qw_context_state *c;
+    qw_attribute filled;
+} filled_call;
+
+/* The triangles of patches are the last of the clean surface: qw_fill_holes. */
+static void find_filled(void *user)
+{
+    static const char *const names[] = {"surface", "filled"};
+    filled_call *call = user;
+    qw_context_state *c = call->c;
+    const qw_quadmesh *q = &c->run.finished;
+    uint32_t n = q->face_count, hint = QW_NONE;
+    int32_t *label = QW_NEW_ZERO(c->env, int32_t, n);
+    call->filled = (qw_attribute){.size = sizeof call->filled,
+                                  .name = "filled",
+                                  .domain = QW_PER_FACE,
+                                  .kind = QW_LABELS,
+                                  .components = 1,
+                                  .count = n,
+                                  .labels = label,
+                                  .label_names = names,
+                                  .label_count = 2,
+                                  .storage = QW_UINT8};
+    if (c->report.filled_triangles == 0) return;
+    qw_scope_begin(c->env);
+    qw_trimesh surface = c->run.whole.clean.mesh;
+    surface.component = NULL;
+    const qw_bvh *tree = qw_bvh_build(c->env, &surface);
+    uint32_t first = surface.face_count - (uint32_t)c->report.filled_triangles;
+    for (uint32_t f = 0; f < n; f++) {
+        qw_vec3 middle = qw_quad_middle(q->position, q->corner + 4 * (size_t)f);
+        qw_hit hit = qw_bvh_nearest(tree, middle, qw_quad_normal(q, f), QW_SAME_SHEET, INFINITY, hint);
+        label[f] = hit.face != QW_NONE && hit.face >= first;
+        hint = hit.face;
+        qw_break_silence(c->env);
+    }
+    qw_scope_end(c->env);
+}
+
+qw_status qw_get_filled(qw_context *context, qw_attribute *filled)
+{
+    if (!context || !filled) return QW_ARGUMENT;
+    *filled = (qw_attribute){.size = sizeof *filled};
+    qw_status status = require_done(context);
+    if (status != QW_OK) return status;
+    filled_call call = {.c = &context->state};
+    status = qw_protect_listening(context->state.env, find_filled, &call);
+    if (status == QW_OK) *filled = call.filled;
     return qw_done(context, status);
 }
 
