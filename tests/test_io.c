@@ -252,6 +252,9 @@ static const bad_text bad_texts[] = {
     {"PK\x03\x04zipped", QW_FORMAT_UNKNOWN, -1, "zip"},
     {"\x1f\x8b\x08", QW_FORMAT_UNKNOWN, -1, "gzip"},
     {"<html>", QW_FORMAT_UNKNOWN, -1, "XML"},
+    {"$MeshFormat\n4.1 0 8\n", QW_FORMAT_UNKNOWN, -1, "Gmsh's .msh is written, not read"},
+    {"<VTKFile type=\"UnstructuredGrid\">", QW_FORMAT_UNKNOWN, -1, "VTU is written, not read"},
+    {"ISO-10303-21;\nHEADER;\n", QW_FORMAT_UNKNOWN, -1, "STEP is written, not read"},
     {"plywood", QW_FORMAT_UNKNOWN, -1, "unknown"},
     /* OBJ */
     {TRIANGLE_OBJ, QW_NO_FACES, -1, "no face"},

@@ -352,6 +352,15 @@ static int bake(session *s, uint32_t maps)
     return status;
 }
 
+/* Whether maps have these names: before a run that will want them. */
+int EXPORT(web_check_maps)(session *s, const char *maps)
+{
+    char message[256];
+    uint32_t bits;
+    qw_status named = qw_maps_named(maps, &bits, message, sizeof message);
+    return named == QW_OK ? QW_OK : fail(s, named, message);
+}
+
 /* After web_carry; maps: their names, as the command line has them, or NULL: texture coordinates alone. */
 int EXPORT(web_unwrap)(session *s, const char *maps)
 {

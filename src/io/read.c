@@ -4,6 +4,8 @@
 
 #include <string.h>
 
+#define QW_WRITTEN_ONLY(format) format " is written, not read; save the surface as STL, PLY or OBJ"
+
 /* What people hand in that is none of ours, so that the message can say more than "unknown". */
 static _Noreturn void fail_unknown(qw_env *env, const char *name, qw_bytes bytes)
 {
@@ -16,6 +18,14 @@ static _Noreturn void fail_unknown(qw_env *env, const char *name, qw_bytes bytes
         {"BLENDER", "it is a Blender file"},
         {"version https://git-lfs", "it only points to a file in Git LFS"},
         {"<", "it is XML or HTML"},
+        {"<?xml version=\"1.0\"?>\n<VTKFile", QW_WRITTEN_ONLY("VTU")},
+        {"<VTKFile", QW_WRITTEN_ONLY("VTU")},
+        {"$MeshFormat", QW_WRITTEN_ONLY("Gmsh's .msh")},
+        {"*HEADING", QW_WRITTEN_ONLY("Abaqus' .inp")},
+        {"*Heading", QW_WRITTEN_ONLY("Abaqus' .inp")},
+        {"$ quads of Quadwright\nBEGIN BULK", QW_WRITTEN_ONLY("Nastran's .bdf")},
+        {"BEGIN BULK", QW_WRITTEN_ONLY("Nastran's .bdf")},
+        {"ISO-10303-21", QW_WRITTEN_ONLY("STEP")},
     };
     const char *what = "it is neither OBJ, PLY, OFF, STL, GLB nor glTF";
     for (size_t i = 0; i < sizeof strangers / sizeof *strangers; i++)

@@ -34,7 +34,7 @@ enum { PAUSE_MS = 20 }; /* between two looks at interrupts and two calls of the 
 int64_t native_now_ms(void)
 {
     struct timespec t;
-    timespec_get(&t, TIME_UTC);
+    clock_gettime(CLOCK_MONOTONIC, &t);
     return (int64_t)t.tv_sec * 1000 + t.tv_nsec / 1000000;
 }
 

@@ -469,6 +469,7 @@ export class Session {
   run({ unwrap = false, bake = null, ...options } = {}, { progress = null, log = null } = {}) {
     const m = this.module;
     this.setOptions(options);
+    if (bake) this.module.withText([bake].flat().join(','), (text) => this.call('web_check_maps', text)); // before the run, not after it
     let thrown = null; // of a hook: the module is left as it is left by a run that was cancelled, not in the middle
     const safely = (hook) => {
       try {

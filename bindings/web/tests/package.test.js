@@ -435,7 +435,9 @@ test('assets: texture coordinates, maps and files are those of the native tool',
   assert.equal(result.attributes.uv.values.length, 2 * result.quads.length);
   const unwrapped = await remesher.remesh({ faces: 200, unwrap: true });
   assert.ok(unwrapped.asset.charts > 1 && !Object.keys(unwrapped.maps).length);
-  await assert.rejects(remesher.remesh({ faces: 200, bake: 'colour' }), { status: 'ARGUMENT', message: /bake must be input, all/ });
+  const stages = [];
+  await assert.rejects(remesher.remesh({ faces: 200, bake: 'colour' }, { progress: (stage) => void stages.push(stage) }), { status: 'ARGUMENT', message: /bake must be input, all/ });
+  assert.deepEqual(stages, [], 'a map that does not exist is refused before the run');
   await assert.rejects(remesher.remesh({ faces: 200, bake: 'input', texture: 7 }), { status: 'OPTION', message: /texture/ });
   const plain = await remesher.remesh({ faces: 200 });
   assert.ok(!plain.asset && !plain.maps);
