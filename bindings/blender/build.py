@@ -1,5 +1,5 @@
-"""usage: build.py WHEEL FOLDER: the add-on's zip in FOLDER, and index.json, which makes the folder a repository that Blender 4.2 and later can
-be pointed at. The same zip loads in older versions, by bl_info. MIT, as all that is not inside the add-on."""
+"""usage: build.py WHEEL FOLDER [HERE]: the add-on's zip in FOLDER, and index.json, which makes the folder a repository that Blender 4.2 and later can
+be pointed at. HERE: a wheel of the same version that runs on this system, where WHEEL does not: it is asked for tables. The same zip loads in older versions, by bl_info. MIT, as all that is not inside the add-on."""
 import hashlib
 import json
 import pathlib
@@ -120,7 +120,7 @@ def write_zip(path, files):
             target.writestr(info, files[name])
 
 
-def main(wheel, folder):
+def main(wheel, folder, here=None):
     version, platform = wheel.name.split("-")[1], platform_of(wheel)
     text = (SOURCE / "blender_manifest.toml").read_text().replace("@VERSION@", version).replace("@PLATFORMS@", json.dumps(platform))
     text = text.replace("@WHEELS@", json.dumps(f"./wheels/{wheel.name}"))
@@ -128,7 +128,7 @@ def main(wheel, folder):
     files["__init__.py"] = files["__init__.py"].replace(b'"version": (0, 1, 0)', f'"version": ({", ".join(version.split("."))})'.encode())
     files["blender_manifest.toml"] = text.encode()
     for name in ("options", "presets"):
-        files[f"{name}.json"] = json.dumps(table_of(wheel, name), indent=1).encode()
+        files[f"{name}.json"] = json.dumps(table_of(here or wheel, name), indent=1).encode()
     files[f"wheels/{wheel.name}"] = wheel.read_bytes()
     files["LICENSE-library"] = (HERE.parent.parent / "LICENSE").read_bytes()
     files["LICENSE"] = pathlib.Path("/usr/share/common-licenses/GPL-3").read_bytes()  # Debian's
@@ -149,6 +149,6 @@ def main(wheel, folder):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 3:
+    if len(sys.argv) not in (3, 4):
         sys.exit(__doc__)
-    main(pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]))
+    main(*map(pathlib.Path, sys.argv[1:]))
