@@ -1,6 +1,9 @@
-/* Charts are drawn into bit masks of cells some texels wide, every cell that a triangle touches. From the largest on
- * each goes to the lowest place, of four quarter turns, where its mask, widened by the margin, meets none of those
- * before. The scale is the largest of a bisection at which all find a place.
+/* Charts are drawn into bit masks of cells some texels wide, every cell that a triangle touches, in four quarter turns.
+ * One after the other goes to the lowest place where its mask, widened by the margin, meets none of those before; the
+ * last tile has no upper end, and what is sought is an order, and turns for some, whose top is lowest. Wherever the top
+ * comes to lie inside of the tile, the charts grow. Several orders are tried at a time on the run's threads, always the
+ * same number of them. In the end, in finer cells, the charts are pushed down and aside, near where they lie, as long
+ * as that lets them grow.
  */
 #include "atlas/pack.h"
 
@@ -11,45 +14,64 @@
 #include <string.h>
 
 enum {
-    MOST_CELLS = 512,   /* along a side */
-    COARSE_CELLS = 192, /* of the first search for the scale */
-    COARSE_ROUNDS = 9,  /* of bisection there */
-    FINE_ROUNDS = 5,    /* and in finer cells */
-    LAST_ROUNDS = 3,
-    COARSE_EFFORT = 4000, /* pieces that are placed in orders that are tried */
-    FINE_EFFORT = 2400,
-    COARSE_ORDERS = 100, /* orders at most */
-    FINE_ORDERS = 60,
+    SLOTS = 8,          /* orders that are tried at a time */
+    ANY_TURN = 4,       /* of a piece: the quarter turn whose place is lowest */
+    COARSE_CELLS = 512, /* along a side, while orders are tried */
+    FINE_CELLS = 1024,  /* while pieces are pushed */
+    SETTLES = 12,       /* changes of the scale until something fits */
+    EFFORT = 20000,     /* pieces that are placed in orders that are tried */
+    MOST_BATCHES = 120, /* of SLOTS orders */
     WORD = 64
 };
 static const double PACKING = 0.65;     /* share of the work on texture coordinates that comes before */
-static const double STEP = 1.01;        /* of the scale */
-static const double DENSEST = 0.97;     /* share of the area at which the search begins */
+static const double STEP = 1.002;       /* of the scale, at least */
+static const double FIRST_SHARE = 0.7;  /* of the area at which the search begins */
 static const double LEAST_SHARE = 1e-4; /* and ends: the margin leaves no room */
 
 typedef struct mask {
     uint32_t across, down, words; /* cells, and words of a row */
+    uint32_t step;                /* rows are looked at in steps of so many: each once, far from the last ones */
     uint64_t *row;                /* uint64_t[down][words] */
 } mask;
+
+typedef struct spot {
+    uint32_t x, y, tile, quarters, top; /* top: upper end in its tile, the border of the tile included */
+} spot;
+
+/* An order, and what came of it. */
+typedef struct attempt {
+    uint32_t *order; /* uint32_t[count] */
+    uint8_t *turn;   /* uint8_t[count]: quarters of each piece, or ANY_TURN */
+    spot *at;        /* spot[count] */
+    mask tiles;      /* one above the other; the last is twice as high */
+    uint32_t top;    /* in the last tile; UINT32_MAX: not all were placed */
+} attempt;
 
 typedef struct packer {
     qw_env *env;
     qw_piece *piece;
-    uint32_t count, cells, border, reach; /* cells: along a side; border, reach: the margins in cells */
-    uint32_t *order;                      /* uint32_t[count]: by falling size */
-    double *area, *key;                   /* double[count] */
+    uint32_t count, tiles;
+    uint32_t cells, border, reach; /* cells along a tile; the margins in cells */
+    uint32_t side, stride;         /* of a tile with these; with what lies beyond its end */
+    uint32_t tried, batches;       /* batches so far, of so many */
+    double scale;                  /* cells a unit of length */
+    double *area, *key;            /* double[count] */
     double total;
-    mask tile;                    /* of all tiles, one above the other */
-    uint32_t tiles, round, tried; /* tried: orders so far */
+    mask *thin, *wide, *scratch;     /* mask[count][4]: of this scale */
+    attempt slot[SLOTS], best, good; /* best: of this scale; good: the last that fitted */
+    double good_scale;               /* of it: tiles a unit of length */
+    uint32_t good_cells;
 } packer;
 
 /* ---- masks */
 
-static mask make_mask(qw_env *env, uint32_t across, uint32_t down)
+static uint32_t divisor(uint32_t a, uint32_t b) { return b ? divisor(b, a % b) : a; }
+
+static void size_mask(mask *m, uint32_t across, uint32_t down)
 {
-    mask m = {across, down, across / WORD + 1, NULL};
-    m.row = QW_NEW_ZERO(env, uint64_t, (size_t)m.words * down);
-    return m;
+    *m = (mask){.across = across, .down = down, .words = across / WORD + 1, .step = (uint32_t)(0.618 * down) + 1};
+    while (divisor(m->step, down) != 1) m->step++;
+    m->step %= down;
 }
 
 static void fill(mask *m, uint32_t y, uint32_t from, uint32_t to)
@@ -101,13 +123,12 @@ static void box_of(const qw_piece *p, uint32_t quarters, double least[2], double
     for (int r = 0; r < 2; r++) size[r] = most[r] - least[r];
 }
 
-/* scale: cells a unit of length. The piece begins at cell (pad, pad). */
-static mask draw(qw_env *env, const qw_piece *p, uint32_t quarters, double scale, uint32_t pad)
+/* scale: cells a unit of length. The piece begins at cell (pad, pad) of a mask that is clear. */
+static void draw(const qw_piece *p, uint32_t quarters, double scale, uint32_t pad, mask *m)
 {
     double least[2], size[2];
     box_of(p, quarters, least, size);
-    uint32_t across = (uint32_t)(size[0] * scale) + 1, down = (uint32_t)(size[1] * scale) + 1;
-    mask m = make_mask(env, across + 2 * pad, down + 2 * pad);
+    uint32_t across = m->across - 2 * pad, down = m->down - 2 * pad;
     for (uint32_t f = 0; f < p->triangle_count; f++) {
         double q[3][2], range[2], low = INFINITY, high = -INFINITY;
         for (int i = 0; i < 3; i++) {
@@ -118,16 +139,14 @@ static mask draw(qw_env *env, const qw_piece *p, uint32_t quarters, double scale
         for (uint32_t y = (uint32_t)fmax(low, 0); y <= (uint32_t)high && y < down; y++) {
             if (!slice((const double(*)[2])q, y, y + 1.0, range)) continue;
             uint32_t from = (uint32_t)fmax(range[0], 0), to = (uint32_t)fmax(range[1], 0);
-            fill(&m, y + pad, from + pad, (to < across ? to : across - 1) + pad);
+            fill(m, y + pad, from + pad, (to < across ? to : across - 1) + pad);
         }
     }
-    return m;
 }
 
-/* Widened by so many cells in all eight directions, into a mask of the same size. */
-static mask widen(qw_env *env, const mask *m, uint32_t reach)
+/* Widened by so many cells in all eight directions; all three of one size, the last two clear. */
+static void widen(const mask *m, uint32_t reach, mask *across, mask *wide)
 {
-    mask wide = make_mask(env, m->across, m->down), across = make_mask(env, m->across, m->down);
     for (uint32_t y = 0; y < m->down; y++) {
         const uint64_t *in = m->row + (size_t)y * m->words;
         for (uint32_t x = 0; x < m->across; x++) {
@@ -135,7 +154,7 @@ static mask widen(qw_env *env, const mask *m, uint32_t reach)
             uint32_t end = x;
             while (end + 1 < m->across && (in[(end + 1) / WORD] >> (end + 1) % WORD & 1)) end++;
             uint32_t to = end + reach < m->across ? end + reach : m->across - 1;
-            fill(&across, y, x > reach ? x - reach : 0, to);
+            fill(across, y, x > reach ? x - reach : 0, to);
             x = end;
         }
     }
@@ -143,10 +162,19 @@ static mask widen(qw_env *env, const mask *m, uint32_t reach)
         uint32_t from = y > reach ? y - reach : 0, to = y + reach < m->down ? y + reach : m->down - 1;
         for (uint32_t z = from; z <= to; z++)
             for (uint32_t w = 0; w < m->words; w++)
-                wide.row[(size_t)y * m->words + w] |= across.row[(size_t)z * m->words + w];
+                wide->row[(size_t)y * m->words + w] |= across->row[(size_t)z * m->words + w];
     }
-    qw_free(env, across.row);
-    return wide;
+}
+
+static void draw_pieces(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    packer *k = user;
+    (void)block;
+    for (uint32_t i = begin; i < end; i++) {
+        if (!k->thin[i].row) continue;
+        draw(&k->piece[i / 4], i % 4, k->scale, k->reach, &k->thin[i]);
+        widen(&k->thin[i], k->reach, &k->scratch[i], &k->wide[i]);
+    }
 }
 
 /* The word of a row at a cell that need not begin one. */
@@ -158,25 +186,34 @@ static uint64_t word_at(const uint64_t *row, uint32_t words, uint32_t x)
     return bits;
 }
 
-/* 0 where the mask, its lower corner at (x, y), meets nothing; else how far to go on along x at least. */
+/* Length of the run of bits of a row that ends at this one. */
+static uint32_t run_to(const uint64_t *row, uint32_t word, uint32_t bit)
+{
+    uint64_t clear = ~(row[word] << (WORD - 1 - bit));
+    uint32_t run = clear ? (uint32_t)__builtin_clzll(clear) : WORD;
+    if (run <= bit) return run;
+    for (run = bit + 1; word-- > 0; run += WORD)
+        if (~row[word]) return run + (uint32_t)__builtin_clzll(~row[word]);
+    return run;
+}
+
+/* 0 where the mask, its lower corner at (x, y), meets nothing; else how far to go on along x at least: until the
+   run of the mask's bits that ends at the rightmost cell in the way is past it. */
 static uint32_t meets(const mask *tile, const mask *m, uint32_t x, uint32_t y)
 {
-    for (uint32_t r = 0; r < m->down; r++) {
+    for (uint32_t i = 0, r = m->down / 2; i < m->down;
+         i++, r = r + m->step < m->down ? r + m->step : r + m->step - m->down) {
         const uint64_t *row = m->row + (size_t)r * m->words, *under = tile->row + (size_t)(y + r) * tile->words;
-        for (uint32_t w = 0; w < m->words; w++) {
-            if (!row[w]) continue;
-            uint64_t both = row[w] & word_at(under, tile->words, x + w * WORD);
+        for (uint32_t w = m->words; w-- > 0;) {
+            uint64_t both = row[w] ? row[w] & word_at(under, tile->words, x + w * WORD) : 0;
             if (!both) continue;
-            /* the rightmost cell in the way is met until the run of the mask's bits that ends there is past it */
-            uint32_t bit = WORD - 1 - (uint32_t)__builtin_clzll(both);
-            uint64_t clear = ~(row[w] << (WORD - 1 - bit));
-            return clear ? (uint32_t)__builtin_clzll(clear) : WORD;
+            return run_to(row, w, WORD - 1 - (uint32_t)__builtin_clzll(both));
         }
     }
     return 0;
 }
 
-static void stamp(mask *tile, const mask *m, uint32_t x, uint32_t y)
+static void stamp(mask *tile, const mask *m, uint32_t x, uint32_t y, bool is_there)
 {
     for (uint32_t r = 0; r < m->down; r++)
         for (uint32_t w = 0; w < m->words; w++) {
@@ -184,28 +221,25 @@ static void stamp(mask *tile, const mask *m, uint32_t x, uint32_t y)
             uint64_t *to = tile->row + (size_t)(y + r) * tile->words + (x + w * WORD) / WORD;
             uint32_t s = (x + w * WORD) % WORD;
             if (!bits) continue;
-            to[0] |= bits << s;
-            if (s && bits >> (WORD - s)) to[1] |= bits >> (WORD - s);
+            uint64_t low = bits << s, high = s ? bits >> (WORD - s) : 0;
+            to[0] = is_there ? to[0] | low : to[0] & ~low;
+            if (high) to[1] = is_there ? to[1] | high : to[1] & ~high;
         }
 }
 
 /* ---- places */
 
-typedef struct spot {
-    uint32_t x, y, tile, quarters, top;
-} spot;
-
-/* The lowest place for a mask in a tile: that whose upper end is lowest, then the leftmost. pad: of the mask, which may
-   lie outside of the tile. The rows of a tile have pad more on each side. */
-static bool find_spot(const packer *k, const mask *m, uint32_t tile, uint32_t bound, spot *best)
+/* The lowest place for a mask in a tile, below `bound`: that whose upper end is lowest, then the leftmost. A mask may
+   lie with its margin outside of the tile. */
+static bool find_spot(const packer *k, const attempt *a, const mask *m, uint32_t tile, uint32_t bound, spot *best)
 {
-    uint32_t side = k->cells + 2 * k->reach, from = k->border, base = tile * side;
-    if (m->across + 2 * from > side || m->down + 2 * from > side) return false;
-    for (uint32_t y = from; y + m->down + from <= side && y + m->down < bound; y++)
-        for (uint32_t x = from; x + m->across + from <= side;) {
-            uint32_t on = meets(&k->tile, m, x, base + y);
+    uint32_t from = k->border, base = tile * k->stride, high = tile + 1 < k->tiles ? k->side : 2 * k->side;
+    if (m->across + 2 * from > k->side || m->down + 2 * from > high) return false;
+    for (uint32_t y = from; y + m->down + from <= high && y + m->down + from < bound; y++)
+        for (uint32_t x = from; x + m->across + from <= k->side;) {
+            uint32_t on = meets(&a->tiles, m, x, base + y);
             if (!on) {
-                *best = (spot){.x = x, .y = y, .tile = tile, .top = y + m->down};
+                *best = (spot){.x = x, .y = y, .tile = tile, .top = y + m->down + from};
                 return true;
             }
             x += on;
@@ -213,69 +247,365 @@ static bool find_spot(const packer *k, const mask *m, uint32_t tile, uint32_t bo
     return false;
 }
 
-/* cells: a unit of length. */
-static bool place_one(packer *k, uint32_t i, double scale)
+static bool place_one(const packer *k, attempt *a, uint32_t i)
 {
-    qw_piece *p = &k->piece[i];
     bool found = false;
-    spot best = {0};
-    mask kept = {0};
-    qw_scope_begin(k->env);
     for (uint32_t tile = 0; tile < k->tiles && !found; tile++)
         for (uint32_t quarters = 0; quarters < 4; quarters++) {
-            double least[2], size[2];
             spot here;
-            box_of(p, quarters, least, size);
-            if (size[0] * scale + 1 > k->cells || size[1] * scale + 1 > k->cells) continue;
-            mask thin = draw(k->env, p, quarters, scale, k->reach), wide = widen(k->env, &thin, k->reach);
-            if (find_spot(k, &wide, tile, found ? best.top : UINT32_MAX, &here)) {
-                best = here, best.quarters = quarters, found = true;
-                qw_free(k->env, kept.row), kept = thin;
-            } else {
-                qw_free(k->env, thin.row);
-            }
-            qw_free(k->env, wide.row);
+            if (!k->wide[4 * i + quarters].row || (a->turn[i] != ANY_TURN && a->turn[i] != quarters)) continue;
+            uint32_t bound = found ? a->at[i].top : UINT32_MAX;
+            if (!find_spot(k, a, &k->wide[4 * i + quarters], tile, bound, &here)) continue;
+            a->at[i] = here, a->at[i].quarters = quarters, found = true;
         }
-    if (found) {
-        double least[2], size[2];
-        uint32_t side = k->cells + 2 * k->reach;
-        box_of(p, best.quarters, least, size);
-        stamp(&k->tile, &kept, best.x, best.tile * side + best.y);
-        p->quarters = best.quarters, p->tile = best.tile;
-        p->shift[0] = best.x / (double)k->cells - least[0] * scale / k->cells;
-        p->shift[1] = best.y / (double)k->cells - least[1] * scale / k->cells;
-    }
-    qw_scope_end(k->env);
-    return found;
+    if (!found) return false;
+    const spot *s = &a->at[i];
+    stamp(&a->tiles, &k->thin[4 * i + s->quarters], s->x, s->tile * k->stride + s->y, true);
+    if (s->tile + 1 == k->tiles && s->top > a->top) a->top = s->top;
+    return true;
 }
 
-/* scale: tiles a unit of length. */
-static bool place_all(packer *k, double scale)
+/* Places all; given up where the top is already above that of the best. */
+static void place_all(const packer *k, attempt *a)
 {
-    uint32_t side = k->cells + 2 * k->reach;
-    qw_scope_begin(k->env);
-    k->tile = make_mask(k->env, side + WORD, k->tiles * side);
-    bool all = true;
-    for (uint32_t i = 0; i < k->count && all; i++) {
-        all = place_one(k, k->order[i], scale * k->cells);
-        qw_break_silence(k->env);
-    }
-    qw_scope_end(k->env);
-    return all;
+    memset(a->tiles.row, 0, (size_t)a->tiles.down * a->tiles.words * sizeof *a->tiles.row);
+    a->top = 0;
+    for (uint32_t i = 0; i < k->count; i++)
+        if (!place_one(k, a, a->order[i]) || a->top > k->best.top) {
+            a->top = UINT32_MAX;
+            return;
+        }
 }
 
-/* Sorts the pieces by falling size, each times a number about 1 of its own; round 0: by size alone. */
-static void order_pieces(packer *k, uint32_t round)
+static void place_slots(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    packer *k = user;
+    (void)block;
+    for (uint32_t i = begin; i < end; i++) place_all(k, &k->slot[i]);
+}
+
+/* ---- orders */
+
+static attempt make_attempt(packer *k)
+{
+    attempt a = {.top = UINT32_MAX};
+    a.order = QW_NEW(k->env, uint32_t, k->count), a.turn = QW_NEW(k->env, uint8_t, k->count);
+    a.at = QW_NEW_ZERO(k->env, spot, k->count);
+    return a;
+}
+
+static void copy_attempt(const packer *k, attempt *to, const attempt *from)
+{
+    memcpy(to->order, from->order, k->count * sizeof *to->order), memcpy(to->turn, from->turn, k->count);
+    memcpy(to->at, from->at, k->count * sizeof *to->at);
+    to->top = from->top;
+}
+
+static void sort_by(uint32_t *order, const double *key, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t at = i;
+        for (; at > 0 && key[order[at - 1]] < key[i]; at--) order[at] = order[at - 1];
+        order[at] = i;
+    }
+}
+
+static double chance(uint64_t seed) { return (double)(qw_mix(seed) >> 11) / 9007199254740992.0; }
+
+/* By area, each times a number about 1. */
+static void order_by_chance(const packer *k, attempt *a, uint64_t seed)
+{
+    for (uint32_t i = 0; i < k->count; i++) k->key[i] = k->area[i] * (0.4 + 1.2 * chance(seed << 20 | i));
+    sort_by(a->order, k->key, k->count);
+    memset(a->turn, ANY_TURN, k->count);
+}
+
+/* The first orders: by area, by the longer side, by the sides' sum, by the box; and by chance. */
+static void begin_orders(packer *k)
+{
+    for (uint32_t s = 0; s < SLOTS; s++) {
+        order_by_chance(k, &k->slot[s], s);
+        for (uint32_t i = 0; i < k->count && s < 4; i++) {
+            double least[2], size[2];
+            box_of(&k->piece[i], 0, least, size);
+            const double by[4] = {k->area[i], fmax(size[0], size[1]), size[0] + size[1], size[0] * size[1]};
+            k->key[i] = by[s];
+        }
+        if (s < 4) sort_by(k->slot[s].order, k->key, k->count);
+    }
+}
+
+/* Two pieces change their places in the order, or one goes elsewhere, or has another turn. */
+static void change(const packer *k, attempt *a, uint64_t seed)
+{
+    uint32_t p = (uint32_t)(chance(seed) * k->count), q = (uint32_t)(chance(seed + 1) * k->count), moved = a->order[p];
+    double kind = chance(seed + 2);
+    if (kind < 0.4) {
+        a->order[p] = a->order[q], a->order[q] = moved;
+    } else if (kind < 0.7) {
+        for (; p < q; p++) a->order[p] = a->order[p + 1];
+        for (; p > q; p--) a->order[p] = a->order[p - 1];
+        a->order[q] = moved;
+    } else {
+        a->turn[moved] = (uint8_t)(chance(seed + 3) * (ANY_TURN + 1));
+    }
+}
+
+/* Tries the slots as they are; the lowest is the best where it is no higher than that. */
+static void try_slots(packer *k)
+{
+    uint32_t least = 0;
+    qw_progress_work(k->env,
+                     PACKING + (1 - PACKING) * (k->tried < k->batches ? k->tried : k->batches) / (k->batches + 1));
+    k->tried++;
+    qw_parallel(k->env, SLOTS, 1, place_slots, k);
+    for (uint32_t i = 1; i < SLOTS; i++)
+        if (k->slot[i].top < k->slot[least].top) least = i;
+    if (k->slot[least].top == UINT32_MAX || k->slot[least].top > k->best.top) return;
+    copy_attempt(k, &k->best, &k->slot[least]);
+}
+
+/* Orders near the best, the first of them the best itself where the scale is new; and others far from it. */
+static void try_near(packer *k)
+{
+    for (uint32_t s = 0; s < SLOTS; s++) {
+        uint64_t seed = ((uint64_t)k->tried << 16 | s) << 16;
+        if (s >= SLOTS / 2) {
+            order_by_chance(k, &k->slot[s], seed);
+            continue;
+        }
+        copy_attempt(k, &k->slot[s], &k->best);
+        if (s > 0 || k->best.top != UINT32_MAX) change(k, &k->slot[s], seed);
+        if (s > 1) change(k, &k->slot[s], seed + 8);
+    }
+    try_slots(k);
+}
+
+/* ---- the scale */
+
+/* Masks of another scale, tiles a unit of length; of the turns of a layout alone where one is given. */
+static void begin_scale(packer *k, double scale, const attempt *only)
+{
+    size_t words = 0;
+    k->scale = scale * k->cells, k->best.top = UINT32_MAX;
+    for (uint32_t i = 0; i < 4 * k->count; i++) {
+        double least[2], size[2];
+        qw_free(k->env, k->thin[i].row), qw_free(k->env, k->wide[i].row);
+        k->thin[i].row = k->wide[i].row = NULL;
+        if (only && only->at[i / 4].quarters != i % 4) continue;
+        box_of(&k->piece[i / 4], i % 4, least, size);
+        if (size[0] * k->scale + 1 > k->cells || size[1] * k->scale + 1 > 2 * k->cells) continue;
+        mask *all[3] = {&k->thin[i], &k->wide[i], &k->scratch[i]};
+        for (int r = 0; r < 3; r++) {
+            size_mask(all[r], (uint32_t)(size[0] * k->scale) + 1 + 2 * k->reach,
+                      (uint32_t)(size[1] * k->scale) + 1 + 2 * k->reach);
+            words = (size_t)all[r]->words * all[r]->down;
+            all[r]->row = QW_NEW_ZERO(k->env, uint64_t, words);
+        }
+    }
+    qw_parallel(k->env, 4 * k->count, 4, draw_pieces, k);
+    for (uint32_t i = 0; i < 4 * k->count; i++) qw_free(k->env, k->scratch[i].row), k->scratch[i].row = NULL;
+}
+
+/* beyond: cells behind the ends of each tile. */
+static void begin_cells(packer *k, const qw_pack_options *o, uint32_t cells, uint32_t beyond)
+{
+    k->cells = o->texels < cells ? o->texels : cells;
+    double texels = o->texels / (double)k->cells; /* of a cell */
+    k->reach = (uint32_t)qw_ceil(o->margin / texels);
+    k->border = (uint32_t)qw_ceil(o->margin / 2.0 / texels);
+    k->side = k->cells + 2 * k->reach, k->stride = k->side + beyond;
+    for (uint32_t s = 0; s < SLOTS; s++) {
+        mask *m = &k->slot[s].tiles;
+        qw_free(k->env, m->row);
+        size_mask(m, k->stride + WORD, (k->tiles + 1) * k->stride);
+        m->row = QW_NEW_ZERO(k->env, uint64_t, (size_t)m->words * m->down);
+    }
+}
+
+static void keep_good(packer *k)
+{
+    copy_attempt(k, &k->good, &k->best);
+    k->good_scale = k->scale / k->cells, k->good_cells = k->cells;
+}
+
+/* How much the scale may change so that the top comes to lie at the end of the tile, other things being equal. */
+static double room_above(const packer *k)
+{
+    if (k->best.top == UINT32_MAX) return 0.9;
+    double ratio = ((k->tiles - 1.0) * k->side + k->side) / ((k->tiles - 1.0) * k->side + k->best.top);
+    return fmax(0.9, sqrt(ratio));
+}
+
+/* Lowers the scale until something fits; the slots are set. */
+static void settle(packer *k, const qw_pack_options *o, double scale)
+{
+    double least = sqrt(LEAST_SHARE * o->tiles / k->total);
+    for (uint32_t i = 0;; i++) {
+        begin_scale(k, scale, NULL);
+        if (i == 0) try_slots(k);
+        else try_near(k);
+        if (k->best.top <= k->side) break;
+        scale *= i < SETTLES ? fmin(room_above(k), 1 / STEP) : 0.9;
+        if (scale < least)
+            qw_fail(k->env, QW_ARGUMENT, -1,
+                    "%u charts with a margin of %u texels have no room in %u texture(s) of %u x %u", k->count,
+                    o->margin, o->tiles, o->texels, o->texels);
+    }
+    keep_good(k);
+}
+
+static uint32_t batches_of(const packer *k)
+{
+    uint32_t batches = EFFORT / (SLOTS * k->count) + 1;
+    return batches < MOST_BATCHES ? batches : MOST_BATCHES;
+}
+
+/* Tries orders near the best at scales that grow each time one fits. */
+static void grow(packer *k, uint32_t batches)
+{
+    for (uint32_t i = 0; i < batches; i++) {
+        if (k->best.top <= k->side) {
+            double more = fmax(STEP, room_above(k));
+            keep_good(k);
+            begin_scale(k, k->good_scale * more, NULL);
+        }
+        try_near(k);
+    }
+    if (k->best.top <= k->side) keep_good(k);
+}
+
+/* ---- pushing */
+
+static void set_piece(const packer *k, attempt *a, uint32_t i, bool is_there)
+{
+    const spot *s = &a->at[i];
+    stamp(&a->tiles, &k->thin[4 * i + s->quarters], s->x, s->tile * k->stride + s->y, is_there);
+}
+
+static bool is_free(const packer *k, const attempt *a, uint32_t i, const spot *s, int64_t x, int64_t y)
+{
+    const mask *m = &k->wide[4 * i + s->quarters];
+    if (x < k->border || y < k->border || x + m->across > k->stride || y + m->down > k->stride) return false;
+    return !meets(&a->tiles, m, (uint32_t)x, (uint32_t)(s->tile * k->stride + y));
+}
+
+/* 0, -1, 1, -2, 2, ... */
+static int64_t alternate(int64_t i) { return i & 1 ? -(i + 1) / 2 : i / 2; }
+
+/* All of a layout in the masks of another scale, each coordinate times a number, or near that. */
+static bool move_over(packer *k, const attempt *from, double times, int64_t within, attempt *to)
+{
+    memset(to->tiles.row, 0, (size_t)to->tiles.down * to->tiles.words * sizeof *to->tiles.row);
+    for (uint32_t i = 0; i < k->count; i++) k->key[i] = -(double)(from->at[i].x + from->at[i].y);
+    sort_by(to->order, k->key, k->count);
+    for (uint32_t n = 0; n < k->count; n++) {
+        uint32_t i = to->order[n];
+        spot s = from->at[i];
+        double x = qw_ceil(s.x * times), y = qw_ceil(s.y * times);
+        bool found = false;
+        for (int64_t q = 0; q <= 2 * within && !found; q++)
+            for (int64_t p = 0; p <= q && !found; p++)
+                for (int turn = 0; turn < 2 && !found; turn++) {
+                    int64_t at_x = (int64_t)x + alternate(turn ? q : p), at_y = (int64_t)y + alternate(turn ? p : q);
+                    found = is_free(k, to, i, &s, at_x, at_y);
+                    if (found) s.x = (uint32_t)at_x, s.y = (uint32_t)at_y;
+                }
+        if (!found) return false;
+        to->at[i] = s;
+        set_piece(k, to, i, true);
+    }
+    return true;
+}
+
+/* One piece after the other goes as far along an axis (1: down, 0: to the left) as some cells around it allow. */
+static bool push_all(packer *k, attempt *a, int axis, int64_t within)
+{
+    bool has_moved = false;
+    for (uint32_t i = 0; i < k->count; i++) k->key[i] = -(double)(axis ? a->at[i].y : a->at[i].x);
+    sort_by(a->order, k->key, k->count);
+    for (uint32_t n = 0; n < k->count; n++) {
+        uint32_t i = a->order[n];
+        spot *s = &a->at[i], was = *s;
+        bool found = false;
+        set_piece(k, a, i, false);
+        for (int64_t p = -within; p < 0 && !found; p++)
+            for (int64_t q = 0; q <= within && !found; q++) {
+                int64_t x = was.x + (axis ? -q : p), y = was.y + (axis ? p : -q);
+                found = is_free(k, a, i, &was, x, y);
+                if (found) s->x = (uint32_t)x, s->y = (uint32_t)y;
+            }
+        set_piece(k, a, i, true);
+        has_moved |= found;
+    }
+    qw_break_silence(k->env);
+    return has_moved;
+}
+
+static bool is_inside(const packer *k, const attempt *a)
 {
     for (uint32_t i = 0; i < k->count; i++) {
-        double chance = (double)(qw_mix((uint64_t)round << 32 | i) >> 11) / 9007199254740992.0;
-        double size = k->area[i] * (round ? 0.4 + 1.2 * chance : 1);
-        uint32_t at = i;
-        k->key[i] = size;
-        for (; at > 0 && k->key[k->order[at - 1]] < size; at--) k->order[at] = k->order[at - 1];
-        k->order[at] = i;
+        const spot *s = &a->at[i];
+        const mask *m = &k->wide[4 * i + s->quarters];
+        if (s->x + m->across + k->border > k->side || s->y + m->down + k->border > k->side) return false;
+    }
+    return true;
+}
+
+/* The layout that is good in finer cells, grown as far as pushing makes room. Between pushes it may reach beyond the
+   tile. */
+static void push_together(packer *k, const qw_pack_options *o)
+{
+    enum { MOST_GROWTHS = 24, MOST_PUSHES = 12 };
+    attempt *a = &k->slot[0];
+    double cells = k->cells, more = 1.02;
+    begin_cells(k, o, FINE_CELLS, 2 * WORD);
+    double times = k->cells / cells, scale = k->good_scale;
+    int64_t within = (int64_t)qw_ceil(times);
+    for (uint32_t i = 0; i < MOST_GROWTHS && more > 1.0005; i++) {
+        double growth = i == 0 ? 1 : more;
+        begin_scale(k, scale * growth, &k->good);
+        bool fits = move_over(k, &k->good, times * growth, 2 * within, a), moves = fits;
+        for (uint32_t p = 0; p < MOST_PUSHES && moves && (i == 0 || !is_inside(k, a)); p++)
+            moves = push_all(k, a, 1, within) | push_all(k, a, 0, within);
+        fits = fits && is_inside(k, a);
+        if (!fits && i == 0) return;
+        if (fits) {
+            scale *= growth, times = 1;
+            copy_attempt(k, &k->good, a);
+            k->good_scale = scale, k->good_cells = k->cells;
+        } else {
+            more = sqrt(more);
+        }
     }
 }
+
+static void find_scale(packer *k, const qw_pack_options *o)
+{
+    k->batches = batches_of(k) + SETTLES;
+    begin_orders(k);
+    begin_cells(k, o, COARSE_CELLS, 0);
+    settle(k, o, sqrt(FIRST_SHARE * o->tiles / k->total));
+    grow(k, batches_of(k));
+    if (o->texels > COARSE_CELLS) push_together(k, o);
+}
+
+/* At a scale that is given: a few orders more than the first. */
+static void fit_scale(packer *k, const qw_pack_options *o)
+{
+    begin_orders(k);
+    begin_cells(k, o, FINE_CELLS / 2, 0);
+    begin_scale(k, o->scale, NULL);
+    k->batches = batches_of(k) / 8 + 1;
+    try_slots(k);
+    for (uint32_t i = 1; i < k->batches && k->best.top > k->side && k->best.top != UINT32_MAX; i++) try_near(k);
+    if (k->best.top > k->side)
+        qw_fail(k->env, QW_ARGUMENT, -1, "the charts do not fit into %u texture(s) of %u x %u at that texel density",
+                o->tiles, o->texels, o->texels);
+    keep_good(k);
+}
+
+/* ---- all */
 
 static void measure(packer *k)
 {
@@ -288,68 +618,20 @@ static void measure(packer *k)
         }
         k->total += k->area[i];
     }
-    order_pieces(k, 0);
 }
 
-static void set_cells(packer *k, const qw_pack_options *o, uint32_t most)
+/* Masks begin `reach` cells inside of theirs, and tiles as much outside of their square: the two are even. */
+static void take_places(const packer *k)
 {
-    k->cells = o->texels < most ? o->texels : most;
-    double texels = o->texels / (double)k->cells; /* of a cell */
-    k->reach = (uint32_t)qw_ceil(o->margin / texels);
-    k->border = (uint32_t)qw_ceil(o->margin / 2.0 / texels);
-}
-
-/* The largest scale at which all fit, between one that does and one that need not. */
-static double bisect(packer *k, double fits, double fails, int rounds)
-{
-    for (int i = 0; i < rounds; i++) {
-        double middle = (fits + fails) / 2;
-        if (place_all(k, middle)) fits = middle;
-        else fails = middle;
+    for (uint32_t i = 0; i < k->count; i++) {
+        qw_piece *p = &k->piece[i];
+        const spot *s = &k->good.at[i];
+        double least[2], size[2];
+        box_of(p, s->quarters, least, size);
+        p->quarters = s->quarters, p->tile = s->tile;
+        p->shift[0] = s->x / (double)k->good_cells - least[0] * k->good_scale;
+        p->shift[1] = s->y / (double)k->good_cells - least[1] * k->good_scale;
     }
-    return fits;
-}
-
-/* Orders that an effort allows. */
-static uint32_t orders_of(const packer *k, uint32_t effort, uint32_t most)
-{
-    uint32_t orders = effort / k->count;
-    return orders < most ? orders : most;
-}
-
-/* Tries other orders at scales that are a little larger each time one fits. The order of the best is left. */
-static double ratchet(packer *k, double good, uint32_t rounds)
-{
-    uint32_t best = k->round;
-    for (uint32_t i = 1; i <= rounds; i++) {
-        k->tried++;
-        qw_progress_work(k->env, PACKING + (1 - PACKING) * k->tried / (COARSE_ORDERS + FINE_ORDERS + 1));
-        order_pieces(k, i);
-        while (place_all(k, good * STEP)) good *= STEP, best = i;
-    }
-    order_pieces(k, k->round = best);
-    return good;
-}
-
-static double find_scale(packer *k, const qw_pack_options *o)
-{
-    double most = sqrt(DENSEST * o->tiles / k->total), least = most;
-    set_cells(k, o, COARSE_CELLS);
-    while (!place_all(k, least)) {
-        least *= 0.8;
-        if (least < most * sqrt(LEAST_SHARE))
-            qw_fail(k->env, QW_ARGUMENT, -1,
-                    "%u charts with a margin of %u texels have no room in %u texture(s) of %u x %u", k->count,
-                    o->margin, o->tiles, o->texels, o->texels);
-    }
-    double good = least < most ? bisect(k, least, least / 0.8, COARSE_ROUNDS / 2) : least;
-    good = ratchet(k, good, orders_of(k, COARSE_EFFORT, COARSE_ORDERS));
-    set_cells(k, o, MOST_CELLS);
-    double high = good * 1.06;
-    while (!place_all(k, good)) high = good, good *= 0.97;
-    good = bisect(k, good, high, FINE_ROUNDS);
-    good = ratchet(k, good, orders_of(k, FINE_EFFORT, FINE_ORDERS));
-    return bisect(k, good, good * STEP, LAST_ROUNDS);
 }
 
 void qw_place_in_tile(const qw_piece *p, double scale, const double at[2], double to[2])
@@ -363,18 +645,20 @@ qw_packing qw_pack(qw_env *env, qw_piece *piece, uint32_t count, const qw_pack_o
     packer k = {.env = env, .piece = piece, .count = count, .tiles = o->tiles};
     qw_packing packing = {.scale = 1};
     if (count == 0) return packing;
-    k.order = QW_NEW(env, uint32_t, count), k.area = QW_NEW_ZERO(env, double, count),
-    k.key = QW_NEW(env, double, count);
+    qw_scope_begin(env);
+    k.area = QW_NEW_ZERO(env, double, count), k.key = QW_NEW(env, double, count);
+    k.thin = QW_NEW_ZERO(env, mask, 4 * (size_t)count), k.wide = QW_NEW_ZERO(env, mask, 4 * (size_t)count);
+    k.scratch = QW_NEW_ZERO(env, mask, 4 * (size_t)count);
+    for (uint32_t s = 0; s < SLOTS; s++) k.slot[s] = make_attempt(&k);
+    k.best = make_attempt(&k), k.good = make_attempt(&k);
     measure(&k);
-    packing.scale = o->scale > 0 ? o->scale : find_scale(&k, o);
-    set_cells(&k, o, MOST_CELLS);
-    if (!place_all(&k, packing.scale))
-        qw_fail(env, QW_ARGUMENT, -1, "the charts do not fit into %u texture(s) of %u x %u at that texel density",
-                o->tiles, o->texels, o->texels);
+    if (o->scale > 0) fit_scale(&k, o);
+    else find_scale(&k, o);
+    take_places(&k);
+    packing.scale = k.good_scale;
     for (uint32_t i = 0; i < count; i++)
         if (piece[i].tile >= packing.tiles) packing.tiles = piece[i].tile + 1;
-    /* masks begin `reach` cells inside of theirs, and tiles as much outside of their square: the two are even */
     packing.used = k.total * packing.scale * packing.scale / packing.tiles;
-    qw_free(env, k.order), qw_free(env, k.area), qw_free(env, k.key);
+    qw_scope_end(env);
     return packing;
 }

@@ -1,5 +1,4 @@
 """without_numpy.py EXTENSION OUT: remeshes a sheet by the extension alone, for a Python that has no NumPy, and writes its quads."""
-import array
 import importlib.machinery
 import importlib.util
 import os
@@ -8,13 +7,21 @@ import sys
 SIDE = 24
 
 
+def numbers(kind, size, values):
+    """A buffer of numbers; the module array may not be there."""
+    buffer = memoryview(bytearray(size * len(values))).cast(kind)
+    for i, value in enumerate(values):
+        buffer[i] = value
+    return buffer
+
+
 def sheet():
     """A mesh as the extension takes it: positions, corners of a face, sizes, corners, marks."""
     positions = [c for i in range(SIDE) for j in range(SIDE) for c in (i, j, (i * i - j * j) / (4 * SIDE))]
     corners = []
     for a in (i * SIDE + j for i in range(SIDE - 1) for j in range(SIDE - 1)):
         corners += [a, a + SIDE, a + SIDE + 1, a, a + SIDE + 1, a + 1]
-    return array.array("d", positions), 3, None, array.array("I", corners), None
+    return numbers("d", 8, positions), 3, None, numbers("I", 4, corners), None
 
 
 def main(extension, out):
