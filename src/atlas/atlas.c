@@ -23,9 +23,10 @@ static void turn(qw_flat *t, double angle)
     }
 }
 
-static void take_flats(maker *k, uint32_t *local)
+/* Charts as packing sees them, turned so that their rows run along the axes. local: uint32_t[corner_count], scratch. */
+static void take_pieces(maker *k, uint32_t *local)
 {
-    double total = 0;
+    k->flat = QW_NEW(k->env, qw_flat, k->made->count), k->piece = QW_NEW(k->env, qw_piece, k->made->count);
     for (uint32_t a = 0; a < k->made->count; a++) {
         const qw_chart *c = &k->made->chart[a];
         qw_flat *t = &k->flat[a];
@@ -33,15 +34,40 @@ static void take_flats(maker *k, uint32_t *local)
         for (uint32_t i = 0; i < t->corner_count; i++)
             memcpy(t->at[t->vertex[i]], k->made->uv[t->place[i]], sizeof *t->at);
         turn(t, -qw_flat_angle(t));
-        qw_stretch s = qw_flat_stretch(t);
-        if (c->is_stub) s = (qw_stretch){.angle = 1, .area = 1};
-        k->atlas->angle += s.angle * t->total, k->atlas->area += s.area * t->total, total += t->total;
         k->piece[a] = (qw_piece){.at = (const double(*)[2])t->at,
                                  .point_count = t->vertex_count,
                                  .triangle_count = t->triangle_count,
                                  .corner = t->corner};
     }
+}
+
+static void sum_stretch(maker *k)
+{
+    double total = 0;
+    for (uint32_t a = 0; a < k->made->count; a++) {
+        const qw_flat *t = &k->flat[a];
+        qw_stretch s = qw_flat_stretch(t);
+        if (k->made->chart[a].is_stub) s = (qw_stretch){.angle = 1, .area = 1};
+        k->atlas->angle += s.angle * t->total, k->atlas->area += s.area * t->total, total += t->total;
+    }
     if (total > 0) k->atlas->angle /= total, k->atlas->area /= total;
+}
+
+typedef struct trial {
+    maker k;
+    qw_pack_options pack;
+    uint32_t *local;
+} trial;
+
+static double try_packing(void *user, const qw_charts_made *made)
+{
+    trial *t = user;
+    qw_scope_begin(t->k.env);
+    t->k.made = made;
+    take_pieces(&t->k, t->local);
+    double used = qw_pack(t->k.env, t->k.piece, made->count, &t->pack).used;
+    qw_scope_end(t->k.env);
+    return used;
 }
 
 static void place_chart(maker *k, uint32_t a)
@@ -67,10 +93,14 @@ qw_atlas qw_make_atlas(qw_env *env, qw_atlas_mesh *mesh, const qw_atlas_options 
     qw_atlas atlas = {.uv = QW_NEW(env, float, 2 * (size_t)mesh->corner_count)};
     atlas.chart = QW_NEW(env, uint32_t, mesh->face_count);
     qw_scope_begin(env);
-    qw_charts_made made = qw_make_charts(env, mesh, options->most_stretch, options->weight);
-    maker k = {.env = env, .mesh = mesh, .made = &made, .atlas = &atlas};
-    k.flat = QW_NEW(env, qw_flat, made.count), k.piece = QW_NEW(env, qw_piece, made.count);
-    take_flats(&k, QW_NEW(env, uint32_t, mesh->corner_count));
+    uint32_t *local = QW_NEW(env, uint32_t, mesh->corner_count);
+    maker k = {.env = env, .mesh = mesh, .atlas = &atlas};
+    trial t = {.k = k, .pack = options->pack, .local = local};
+    t.pack.is_trial = true, t.pack.scale = 0;
+    qw_charts_made made = qw_make_charts(env, mesh, options->most_stretch, options->weight, try_packing, &t);
+    k.made = &made;
+    take_pieces(&k, local);
+    sum_stretch(&k);
     atlas.charts = made.count, atlas.patches = made.patches;
     atlas.packing = qw_pack(env, k.piece, made.count, &options->pack);
     for (uint32_t a = 0; a < made.count; a++) place_chart(&k, a);

@@ -12,13 +12,21 @@ enum {
     LOWER_STEPS = 40, /* where those leave inverted triangles, and at the end */
     GRID_BITS = 17    /* exact tests see the root of a chart's area as so many bits */
 };
-static const double MOST_OF_ONE = 3;   /* a triangle may be stretched so much more than the mean of its chart */
-static const double MOST_SHARE = 0.12; /* of the surface, in one chart */
-static const double SHARE_OF_FULL = 8; /* more of it, times the square of how much more than LEAST_FILL is filled */
-static const double MOST_LENGTH = 0.6; /* of a chart, in roots of the surface's area */
-static const double CRUMB = 0.003;     /* of the surface: what is smaller packs anyhow */
-static const double STUB = 1e-3;       /* radius of faces that are laid as regular polygons, in the same roots */
-static const double LEAST_FILL = 0.6;  /* of the rectangle around a chart */
+static const double MOST_OF_ONE = 3; /* a triangle may be stretched so much more than the mean of its chart */
+static const double CRUMB = 0.003;   /* of the surface: what is smaller packs anyhow */
+static const double SHARE_OF_FULL =
+    8; /* more of the surface, times the square of how much more than `fill` is filled */
+static const double WELL_PACKED = 0.69; /* share of the square, in a trial */
+/* What charts must be like: larger and of freer shape each time. */
+typedef struct bounds {
+    double share;  /* most of the surface, in one chart */
+    double length; /* most, in roots of the surface's area */
+    double fill;   /* least, of the rectangle around it */
+} bounds;
+static const bounds levels[] = {{0.12, 0.6, 0.6},   {0.14, 0.65, 0.57}, {0.17, 0.72, 0.53}, {0.2, 0.8, 0.5},
+                                {0.26, 0.95, 0.45}, {0.4, 1.2, 0.4},    {1, 3, 0.25}};
+enum { LEVELS = sizeof levels / sizeof *levels };
+static const double STUB = 1e-3; /* radius of faces that are laid as regular polygons, in the same roots */
 
 typedef struct candidate {
     double key; /* larger: sooner */
@@ -35,6 +43,7 @@ typedef struct maker {
     const double *weight; /* may be NULL */
     double most_stretch;
     double total; /* area of the surface */
+    bounds bounds;
     candidate *heap;
     uint32_t held;
     size_t capacity;
@@ -83,10 +92,10 @@ static bool is_compact(const maker *k, const qw_flat *t)
 {
     double size[2];
     qw_flat_box(t, qw_flat_angle(t), size);
-    double fill = t->total / (size[0] * size[1]), root = sqrt(k->total), more = fmax(0, fill - LEAST_FILL);
-    double most = MOST_SHARE + SHARE_OF_FULL * more * more;
-    if (fmax(size[0], size[1]) > (MOST_LENGTH + fmax(0, fill - 0.5)) * root) return false;
-    return t->total <= most * k->total && (fill >= LEAST_FILL || t->total < CRUMB * k->total);
+    double fill = t->total / (size[0] * size[1]), root = sqrt(k->total), more = fmax(0, fill - k->bounds.fill);
+    double most = k->bounds.share + SHARE_OF_FULL * more * more;
+    if (fmax(size[0], size[1]) > (k->bounds.length + fmax(0, fill - 0.5)) * root) return false;
+    return t->total <= most * k->total && (fill >= k->bounds.fill || t->total < CRUMB * k->total);
 }
 
 static bool is_fair(const maker *k, const qw_flat *t)
@@ -135,14 +144,13 @@ static void lay_stub(maker *k, qw_chart *c)
     qw_scope_end(k->env);
 }
 
-/* Turns and shifts the coordinates of chart b so that the seams of a path fit those of a, as least squares. */
-static void align(maker *k, const candidate *c, double turn[2], double shift[2])
+/* Turns and shifts the coordinates of chart b so that seams fit those of a, as least squares. */
+static void align(maker *k, const uint32_t *path, uint32_t length, double turn[2], double shift[2])
 {
     double pa[2] = {0, 0}, pb[2] = {0, 0}, dot = 0, cross = 0, n = 0;
     for (int pass = 0; pass < 2; pass++) {
-        uint32_t h = c->first;
-        for (uint32_t i = 0; i < c->length; i++, h = qw_next_seam(k->m, h)) {
-            uint32_t t = k->m->twin[h];
+        for (uint32_t i = 0; i < length; i++) {
+            uint32_t h = path[i], t = k->m->twin[h];
             const double *a[2] = {k->made.uv[h], k->made.uv[qw_atlas_next(k->m, h)]};
             const double *b[2] = {k->made.uv[qw_atlas_next(k->m, t)], k->made.uv[t]};
             for (int e = 0; e < 2; e++) {
@@ -181,27 +189,65 @@ static void set_path(maker *k, const uint32_t *path, uint32_t length, uint8_t is
     for (uint32_t i = 0; i < length; i++) qw_set_seam(k->m, path[i], is_seam);
 }
 
-/* Joins the charts of a candidate where what they make lies flat fairly; the seams and the coordinates are as before
-   where not. */
-static bool try_join(maker *k, const candidate *c)
+/* Seams of a candidate's path; with `all`, all between its charts, which may lie apart: what they make has holes then.
+   uint32_t[]. */
+static uint32_t *seams_of(maker *k, const candidate *c, bool all, uint32_t *length)
+{
+    const qw_atlas_mesh *m = k->m;
+    uint32_t *path = NULL, h = c->first;
+    *length = 0;
+    size_t room = 0;
+    for (uint32_t i = 0; i < c->length && !all; i++, h = qw_next_seam(m, h)) {
+        path = qw_grow(k->env, path, &room, i + (size_t)1, sizeof *path);
+        path[(*length)++] = h;
+    }
+    const qw_chart *a = &k->made.chart[c->a];
+    for (uint32_t i = 0; i < a->count && all; i++)
+        for (h = m->begin[a->face[i]]; h < m->begin[a->face[i] + 1]; h++) {
+            if (!m->seam[h] || m->wall[h] || k->chart_of[m->face[m->twin[h]]] != c->b) continue;
+            path = qw_grow(k->env, path, &room, *length + (size_t)1, sizeof *path);
+            path[(*length)++] = h;
+        }
+    return path;
+}
+
+/* Joins the charts of a candidate along such seams where what they make lies flat fairly; the seams and the coordinates
+   are as before where not. */
+static bool join_along(maker *k, const candidate *c, const uint32_t *path, uint32_t length)
 {
     const qw_chart *a = &k->made.chart[c->a], *b = &k->made.chart[c->b];
     double turn[2], shift[2];
     qw_scope_begin(k->env);
-    uint32_t *path = QW_NEW(k->env, uint32_t, c->length), h = c->first, of_a = 0;
-    uint32_t *face = QW_NEW(k->env, uint32_t, a->count + (size_t)b->count);
-    for (uint32_t i = 0; i < c->length; i++, h = qw_next_seam(k->m, h)) path[i] = h;
+    uint32_t *face = QW_NEW(k->env, uint32_t, a->count + (size_t)b->count), of_a = 0;
     memcpy(face, a->face, a->count * sizeof *face), memcpy(face + a->count, b->face, b->count * sizeof *face);
     for (uint32_t i = 0; i < a->count; i++) of_a += k->m->begin[face[i] + 1] - k->m->begin[face[i]];
-    align(k, c, turn, shift);
-    set_path(k, path, c->length, 0);
+    align(k, path, length, turn, shift);
+    set_path(k, path, length, 0);
     qw_flat t = qw_flat_of(k->env, k->m, face, a->count + b->count, k->local);
-    begin_at(k, &t, of_a, turn, shift);
-    qw_flat_rigid(k->env, &t, RIGID_STEPS);
-    bool good = is_fair(k, &t) && qw_flat_is_simple(k->env, &t, grid_of(k, &t));
+    bool good = qw_flat_is_planar(&t);
+    if (good) {
+        begin_at(k, &t, of_a, turn, shift);
+        qw_flat_rigid(k->env, &t, RIGID_STEPS);
+        good = is_fair(k, &t) && qw_flat_is_simple(k->env, &t, grid_of(k, &t));
+    }
     if (good) keep_uv(k, &t);
-    else set_path(k, path, c->length, 1);
+    else set_path(k, path, length, 1);
     k->made.trials++;
+    qw_scope_end(k->env);
+    return good;
+}
+
+/* Along all seams between them, else along the path alone. */
+static bool try_join(maker *k, const candidate *c)
+{
+    uint32_t length;
+    qw_scope_begin(k->env);
+    uint32_t *all = seams_of(k, c, true, &length);
+    bool good = join_along(k, c, all, length);
+    if (!good && length > c->length) {
+        uint32_t *path = seams_of(k, c, false, &length);
+        good = join_along(k, c, path, length);
+    }
     qw_scope_end(k->env);
     return good;
 }
@@ -251,17 +297,13 @@ static void offer(maker *k, uint32_t a, uint32_t h, uint32_t length, double weig
     push(k, c);
 }
 
-static void offer_all(maker *k, uint32_t a)
+/* The paths of one loop of the boundary of chart a, which seam h is of. Seams that have been looked at are 2. */
+static void offer_loop(maker *k, uint32_t a, uint32_t h)
 {
     const qw_atlas_mesh *m = k->m;
-    const qw_chart *c = &k->made.chart[a];
-    uint32_t first = QW_NONE, h, b = QW_NONE, begin = QW_NONE, length = 0, last = QW_NONE;
+    uint32_t first = h, b = QW_NONE, begin = QW_NONE, length = 0, last = QW_NONE;
     double weight = 0;
-    for (uint32_t i = 0; i < c->count && first == QW_NONE; i++)
-        for (uint32_t e = m->begin[c->face[i]]; e < m->begin[c->face[i] + 1] && first == QW_NONE; e++)
-            if (m->seam[e]) first = e;
     /* begins where a path begins, if there is such a place */
-    h = first;
     do {
         uint32_t next = qw_next_seam(m, h);
         uint32_t across = m->twin[h] == QW_NONE ? QW_NONE : k->chart_of[m->face[m->twin[h]]];
@@ -282,9 +324,22 @@ static void offer_all(maker *k, uint32_t a)
             if (length == 0) begin = h, b = across, weight = 0;
             length++, weight += seam_weight(k, h), last = h;
         }
+        m->seam[h] = 2;
         h = qw_next_seam(m, h);
     } while (h != first);
     if (length > 0) offer(k, a, begin, length, weight);
+}
+
+static void offer_all(maker *k, uint32_t a)
+{
+    const qw_atlas_mesh *m = k->m;
+    const qw_chart *c = &k->made.chart[a];
+    for (uint32_t i = 0; i < c->count; i++)
+        for (uint32_t e = m->begin[c->face[i]]; e < m->begin[c->face[i] + 1]; e++)
+            if (m->seam[e] == 1) offer_loop(k, a, e);
+    for (uint32_t i = 0; i < c->count; i++)
+        for (uint32_t e = m->begin[c->face[i]]; e < m->begin[c->face[i] + 1]; e++)
+            if (m->seam[e]) m->seam[e] = 1;
 }
 
 static double perimeter_of(const maker *k, const qw_chart *c)
@@ -406,9 +461,63 @@ static double face_area(const qw_atlas_mesh *m, uint32_t f)
     return sum;
 }
 
-qw_charts_made qw_make_charts(qw_env *env, qw_atlas_mesh *mesh, double most_stretch, const double *weight)
+/* ---- how large */
+
+/* What a level has made: enough to go back to it. */
+typedef struct state {
+    double (*uv)[2]; /* double[corner_count][2] */
+    uint8_t *seam;   /* uint8_t[corner_count] */
+} state;
+
+static state keep_state(const maker *k)
 {
-    maker k = {.env = env, .m = mesh, .most_stretch = most_stretch, .weight = weight};
+    size_t n = k->m->corner_count;
+    state s = {.uv = qw_alloc(k->env, n, sizeof *s.uv), .seam = QW_NEW(k->env, uint8_t, n)};
+    memcpy(s.uv, k->made.uv, n * sizeof *s.uv), memcpy(s.seam, k->m->seam, n);
+    return s;
+}
+
+static void go_back(maker *k, const state *s)
+{
+    size_t n = k->m->corner_count;
+    memcpy(k->made.uv, s->uv, n * sizeof *s->uv), memcpy(k->m->seam, s->seam, n);
+    qw_free(k->env, k->made.chart);
+    take_charts(k);
+}
+
+/* Joins at every level, and takes the last whose charts pack well in a trial, else the first. */
+static void join_at_levels(maker *k, qw_chart_trial *trial, void *user)
+{
+    state all[LEVELS];
+    uint32_t count = 0;
+    for (uint32_t level = 0; level < (trial ? LEVELS : 1); level++) {
+        uint32_t before = k->made.joins;
+        k->bounds = levels[level];
+        for (uint32_t a = 0; a < k->made.count; a++) k->made.chart[a].refusals = 0;
+        join_all(k);
+        drop_joined(k);
+        qw_progress_work(k->env, PATCHES_LAID + (CHARTS_JOINED - PATCHES_LAID) * (level + 1) / LEVELS);
+        if (level > 0 && k->made.joins == before) continue;
+        all[count++] = keep_state(k);
+        qw_free(k->env, k->made.chart);
+        take_charts(k);
+    }
+    /* bisection: those that are larger pack less well, on the whole */
+    uint32_t best = 0;
+    for (uint32_t low = 0, high = count; high - low > 1;) {
+        uint32_t middle = (low + high) / 2;
+        go_back(k, &all[middle]);
+        double share = trial(user, &k->made);
+        if (share >= WELL_PACKED) low = best = middle;
+        else high = middle;
+    }
+    go_back(k, &all[best]);
+}
+
+qw_charts_made qw_make_charts(qw_env *env, qw_atlas_mesh *mesh, double most_stretch, const double *weight,
+                              qw_chart_trial *trial, void *user)
+{
+    maker k = {.env = env, .m = mesh, .most_stretch = most_stretch, .weight = weight, .bounds = levels[0]};
     k.made.uv = qw_alloc_zero(env, mesh->corner_count, sizeof *k.made.uv);
     k.local = QW_NEW(env, uint32_t, mesh->corner_count);
     qw_cut_patches(env, mesh);
@@ -416,9 +525,7 @@ qw_charts_made qw_make_charts(qw_env *env, qw_atlas_mesh *mesh, double most_stre
     lay_patches(&k);
     k.made.patches = k.made.count;
     qw_progress_work(env, PATCHES_LAID);
-    join_all(&k);
-    qw_progress_work(env, CHARTS_JOINED);
-    drop_joined(&k);
+    join_at_levels(&k, trial, user);
     for (uint32_t a = 0; a < k.made.count; a++) finish_chart(&k, &k.made.chart[a]);
     qw_free(env, k.heap), qw_free(env, k.local), qw_free(env, k.chart_of);
     return k.made;

@@ -1,4 +1,5 @@
-/* Charts: patches joined, one pair after the other, as long as what they make lies flat with little stretch. */
+/* Charts: patches joined, one pair after the other, as long as what they make lies flat with little stretch. First to
+ * compact ones, then to ever larger ones of any shape; the largest that pack well enough are taken. */
 #ifndef QW_ATLAS_CHARTS_H
 #define QW_ATLAS_CHARTS_H
 
@@ -23,9 +24,13 @@ typedef struct qw_charts_made {
     double (*uv)[2]; /* double[corner_count][2]: of each corner within its chart, lengths those in space */
 } qw_charts_made;
 
+/* The share of the square that charts fill, or about that. */
+typedef double qw_chart_trial(void *user, const qw_charts_made *made);
+
 /* most_stretch: bound of the mean of the larger of s1 and 1 / s2 over a chart (flat.h). weight: double[corner_count]:
-   how much a seam along each edge is to be avoided, 1 in the mean; may be NULL. In the caller's scope; sets the seams
-   of the mesh. */
-qw_charts_made qw_make_charts(qw_env *env, qw_atlas_mesh *mesh, double most_stretch, const double *weight);
+   how much a seam along each edge is to be avoided, 1 in the mean; may be NULL. trial: may be NULL: compact charts. In
+   the caller's scope; sets the seams of the mesh. */
+qw_charts_made qw_make_charts(qw_env *env, qw_atlas_mesh *mesh, double most_stretch, const double *weight,
+                              qw_chart_trial *trial, void *user);
 
 #endif

@@ -56,21 +56,33 @@ static void take_triangles(const qw_atlas_mesh *m, const uint32_t *face, uint32_
     assert(n == t->triangle_count);
 }
 
+/* Seams that have been walked along are 2 in between. */
 static void take_rim(qw_env *env, const qw_atlas_mesh *m, qw_flat *t, const uint32_t *local)
 {
-    uint32_t first = QW_NONE;
+    enum { IS_SEAM = 1, IS_TAKEN = 2 };
+    uint32_t held = 0;
+    for (uint32_t i = 0; i < t->corner_count; i++) t->rim_count += m->seam[t->place[i]] != 0;
+    t->rim = QW_NEW(env, uint32_t, t->rim_count), t->rim_to = QW_NEW(env, uint32_t, t->rim_count);
     for (uint32_t i = 0; i < t->corner_count; i++) {
-        t->rim_count += m->seam[t->place[i]];
-        if (first == QW_NONE && m->seam[t->place[i]]) first = t->place[i];
+        uint32_t first = t->place[i], c = first;
+        if (m->seam[first] != IS_SEAM) continue;
+        t->loops++;
+        do {
+            uint32_t next = qw_next_seam(m, c);
+            t->rim[held] = local[c], t->rim_to[held++] = local[next], m->seam[c] = IS_TAKEN;
+            c = next;
+        } while (c != first && held < t->rim_count);
+        assert(c == first);
     }
-    assert(first != QW_NONE);
-    t->rim = QW_NEW(env, uint32_t, t->rim_count);
-    uint32_t held = 0, c = first;
-    do {
-        t->rim[held++] = local[c];
-        c = qw_next_seam(m, c);
-    } while (c != first && held < t->rim_count);
-    assert(held == t->rim_count && c == first);
+    assert(held == t->rim_count);
+    for (uint32_t i = 0; i < t->corner_count; i++)
+        if (m->seam[t->place[i]]) m->seam[t->place[i]] = IS_SEAM;
+}
+
+bool qw_flat_is_planar(const qw_flat *t)
+{
+    uint32_t edges = (3 * t->triangle_count + t->rim_count) / 2;
+    return t->loops > 0 && t->vertex_count + t->triangle_count + t->loops == edges + 2;
 }
 
 /* The pattern of the Laplacian: neighbours by triangles, each edge twice inside, which does no harm. */
@@ -164,6 +176,7 @@ void qw_flat_on_circle(qw_env *env, qw_flat *t)
     uint8_t *held = QW_NEW_ZERO(env, uint8_t, t->vertex_count);
     double *b = QW_NEW_ZERO(env, double, 2 * (size_t)t->vertex_count);
     double radius = sqrt(t->total > 0 ? t->total / QW_PI : 1);
+    assert(t->loops == 1);
     for (uint32_t i = 0; i < t->rim_count; i++) {
         double angle = 2 * QW_PI * i / t->rim_count;
         held[t->rim[i]] = 1;

@@ -1,4 +1,5 @@
-/* One chart laid flat: a disk of triangles, each with its shape in space, and coordinates in the plane.
+/* One chart laid flat: a disk of triangles, or one with holes, each with its shape in space, and coordinates in the
+ * plane.
  *
  * All steps work on the stretch of the linear map from each triangle in space to the plane: its singular values s1 >=
  * s2. Lengths in the plane are those in space where both are 1.
@@ -10,13 +11,15 @@
 #include "solve/envelope.h"
 
 typedef struct qw_flat {
-    uint32_t vertex_count, triangle_count, rim_count, corner_count;
-    uint32_t *corner;   /* uint32_t[triangle_count][3]: vertices, counter-clockwise */
-    double (*rest)[3];  /* double[triangle_count][3]: its corners in space lie at (0, 0), (x, 0), (y, z) */
-    double *area;       /* double[triangle_count]: in space; 0: degenerate, and left out */
-    double total;       /* sum of the areas */
-    double (*at)[2];    /* double[vertex_count][2] */
-    uint32_t *rim;      /* uint32_t[rim_count]: vertices along the boundary, counter-clockwise */
+    uint32_t vertex_count, triangle_count, rim_count, corner_count, loops;
+    uint32_t *corner;  /* uint32_t[triangle_count][3]: vertices, counter-clockwise */
+    double (*rest)[3]; /* double[triangle_count][3]: its corners in space lie at (0, 0), (x, 0), (y, z) */
+    double *area;      /* double[triangle_count]: in space; 0: degenerate, and left out */
+    double total;      /* sum of the areas */
+    double (*at)[2];   /* double[vertex_count][2] */
+    uint32_t *rim; /* uint32_t[rim_count]: where each edge of the boundary begins: loops one after the other, the chart
+                      on their left */
+    uint32_t *rim_to;   /* uint32_t[rim_count]: and where it ends */
     uint32_t *place;    /* uint32_t[corner_count]: corner of the mesh, corners of the chart's faces in their order */
     uint32_t *vertex;   /* uint32_t[corner_count]: vertex of each of these */
     uint32_t *next;     /* uint32_t[corner_count]: the next corner of the same face, among these */
@@ -24,11 +27,17 @@ typedef struct qw_flat {
     uint32_t held;
 } qw_flat;
 
-/* face: uint32_t[count], of one chart, a disk. local: uint32_t[mesh->corner_count], scratch. The coordinates are not
+/* face: uint32_t[count], of one chart. local: uint32_t[mesh->corner_count], scratch. The coordinates are not
    set. In the caller's scope. */
 qw_flat qw_flat_of(qw_env *env, const qw_atlas_mesh *mesh, const uint32_t *face, uint32_t count, uint32_t *local);
 
-/* Tutte 1963: the boundary on a circle, each other vertex at the mean of its neighbours. No triangle is inverted. */
+/* Whether it is a disk, or one with holes: then what is counter-clockwise and has a boundary that crosses nothing
+   covers no point twice. The turnings of the loops sum up to the Euler number, so that one is counter-clockwise and all
+   others are not, and a point is covered as often as the first goes around it less the others. */
+bool qw_flat_is_planar(const qw_flat *flat);
+
+/* Tutte 1963, of a disk: the boundary on a circle, each other vertex at the mean of its neighbours. No triangle is
+ * inverted. */
 void qw_flat_on_circle(qw_env *env, qw_flat *flat);
 /* As rigid as possible (Liu et al. 2008): each step fits a rotation to each triangle, then places the vertices. */
 void qw_flat_rigid(qw_env *env, qw_flat *flat, uint32_t steps);

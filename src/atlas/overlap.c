@@ -107,7 +107,6 @@ bool qw_flat_is_simple(qw_env *env, const qw_flat *t, double grid)
 {
     qw_scope_begin(env);
     qw_grid_point *p = QW_NEW(env, qw_grid_point, t->vertex_count);
-    uint32_t *to = QW_NEW(env, uint32_t, t->rim_count);
     bool simple = true;
     for (uint32_t v = 0; v < t->vertex_count && simple; v++) {
         double x = qw_round_even(t->at[v][0] / grid), y = qw_round_even(t->at[v][1] / grid);
@@ -116,8 +115,7 @@ bool qw_flat_is_simple(qw_env *env, const qw_flat *t, double grid)
     }
     for (uint32_t f = 0; f < t->triangle_count && simple; f++)
         simple = qw_grid_turn(p[t->corner[3 * f]], p[t->corner[3 * f + 1]], p[t->corner[3 * f + 2]]) > 0;
-    for (uint32_t i = 0; i < t->rim_count; i++) to[i] = t->rim[i + 1 < t->rim_count ? i + 1 : 0];
-    if (simple) simple = !qw_segments_meet(env, p, t->rim, to, t->rim_count);
+    if (simple) simple = !qw_segments_meet(env, p, t->rim, t->rim_to, t->rim_count);
     qw_scope_end(env);
     return simple;
 }

@@ -21,6 +21,7 @@ enum {
     SETTLES = 12,       /* changes of the scale until something fits */
     EFFORT = 20000,     /* pieces that are placed in orders that are tried */
     MOST_BATCHES = 120, /* of SLOTS orders */
+    TRIAL_BATCHES = 12,
     WORD = 64
 };
 static const double PACKING = 0.65;     /* share of the work on texture coordinates that comes before */
@@ -53,7 +54,7 @@ typedef struct packer {
     uint32_t count, tiles;
     uint32_t cells, border, reach; /* cells along a tile; the margins in cells */
     uint32_t side, stride;         /* of a tile with these; with what lies beyond its end */
-    uint32_t tried, batches;       /* batches so far, of so many */
+    uint32_t tried, batches;       /* batches so far, of so many; 0: nobody is told */
     double scale;                  /* cells a unit of length */
     double *area, *key;            /* double[count] */
     double total;
@@ -333,6 +334,7 @@ static void begin_orders(packer *k)
         }
         if (s < 4) sort_by(k->slot[s].order, k->key, k->count);
     }
+    copy_attempt(k, &k->best, &k->slot[0]); /* until something is placed */
 }
 
 /* Two pieces change their places in the order, or one goes elsewhere, or has another turn. */
@@ -355,8 +357,9 @@ static void change(const packer *k, attempt *a, uint64_t seed)
 static void try_slots(packer *k)
 {
     uint32_t least = 0;
-    qw_progress_work(k->env,
-                     PACKING + (1 - PACKING) * (k->tried < k->batches ? k->tried : k->batches) / (k->batches + 1));
+    uint32_t done = k->tried < k->batches ? k->tried : k->batches;
+    if (k->batches == 0) qw_break_silence(k->env);
+    else qw_progress_work(k->env, PACKING + (1 - PACKING) * done / (k->batches + 1));
     k->tried++;
     qw_parallel(k->env, SLOTS, 1, place_slots, k);
     for (uint32_t i = 1; i < SLOTS; i++)
@@ -455,8 +458,9 @@ static void settle(packer *k, const qw_pack_options *o, double scale)
     keep_good(k);
 }
 
-static uint32_t batches_of(const packer *k)
+static uint32_t batches_of(const packer *k, const qw_pack_options *o)
 {
+    if (o->is_trial) return TRIAL_BATCHES;
     uint32_t batches = EFFORT / (SLOTS * k->count) + 1;
     return batches < MOST_BATCHES ? batches : MOST_BATCHES;
 }
@@ -486,7 +490,8 @@ static void set_piece(const packer *k, attempt *a, uint32_t i, bool is_there)
 static bool is_free(const packer *k, const attempt *a, uint32_t i, const spot *s, int64_t x, int64_t y)
 {
     const mask *m = &k->wide[4 * i + s->quarters];
-    if (x < k->border || y < k->border || x + m->across > k->stride || y + m->down > k->stride) return false;
+    if (!m->row || x < k->border || y < k->border) return false;
+    if (x + m->across > k->stride || y + m->down > k->stride) return false;
     return !meets(&a->tiles, m, (uint32_t)x, (uint32_t)(s->tile * k->stride + y));
 }
 
@@ -582,11 +587,11 @@ static void push_together(packer *k, const qw_pack_options *o)
 
 static void find_scale(packer *k, const qw_pack_options *o)
 {
-    k->batches = batches_of(k) + SETTLES;
+    k->batches = o->is_trial ? 0 : batches_of(k, o) + SETTLES;
     begin_orders(k);
     begin_cells(k, o, COARSE_CELLS, 0);
     settle(k, o, sqrt(FIRST_SHARE * o->tiles / k->total));
-    grow(k, batches_of(k));
+    grow(k, batches_of(k, o));
     if (o->texels > COARSE_CELLS) push_together(k, o);
 }
 
@@ -596,7 +601,7 @@ static void fit_scale(packer *k, const qw_pack_options *o)
     begin_orders(k);
     begin_cells(k, o, FINE_CELLS / 2, 0);
     begin_scale(k, o->scale, NULL);
-    k->batches = batches_of(k) / 8 + 1;
+    k->batches = batches_of(k, o) / 8 + 1;
     try_slots(k);
     for (uint32_t i = 1; i < k->batches && k->best.top > k->side && k->best.top != UINT32_MAX; i++) try_near(k);
     if (k->best.top > k->side)

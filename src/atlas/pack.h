@@ -4,6 +4,8 @@
 
 #include "base/env.h"
 
+#include <stdbool.h>
+
 /* One chart as packing sees it: triangles in the plane. */
 typedef struct qw_piece {
     const double (*at)[2]; /* double[point_count][2] */
@@ -25,6 +27,7 @@ typedef struct qw_pack_options {
     uint32_t margin; /* texels between charts, at least; half of it to the border */
     uint32_t tiles;  /* at most */
     double scale;    /* 0: the largest that fits */
+    bool is_trial;   /* a few orders only, without an account of progress */
 } qw_pack_options;
 
 /* Sets the results of the pieces. Fails with QW_ARGUMENT where they do not fit at the given scale, or not with that
