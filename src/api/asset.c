@@ -3,6 +3,7 @@
 #include "api/asset.h"
 
 #include "api/context.h"
+#include "atlas/seen.h"
 #include "core/rims.h"
 
 #include <math.h>
@@ -83,6 +84,10 @@ static void unwrap(void *user)
                                          .margin = (uint32_t)o->margin,
                                          .tiles = (uint32_t)o->tiles,
                                          .scale = ldexp(o->texel_density / (double)o->texture, -exponent)}};
+    options.weight = qw_seam_weights(c->env, &mesh);
+    const qw_mirror_plane *plane = &c->run.mirror.plane;
+    if (c->run.mirror.is_used)
+        options.mirror = qw_mirrored_corners(c->env, &mesh, plane->normal, ldexp(plane->offset, exponent));
     asset->atlas = qw_make_atlas(c->env, &mesh, &options);
     asset->atlas.seam_length = ldexp(asset->atlas.seam_length, -exponent);
     asset->atlas.packing.scale = ldexp(asset->atlas.packing.scale, exponent);

@@ -97,7 +97,8 @@ qw_atlas qw_make_atlas(qw_env *env, qw_atlas_mesh *mesh, const qw_atlas_options 
     maker k = {.env = env, .mesh = mesh, .atlas = &atlas};
     trial t = {.k = k, .pack = options->pack, .local = local};
     t.pack.is_trial = true, t.pack.scale = 0;
-    qw_charts_made made = qw_make_charts(env, mesh, options->most_stretch, options->weight, try_packing, &t);
+    qw_charts_made made = qw_make_charts(env, mesh, options->most_stretch, options->weight, options->mirror,
+                                         try_packing, &t);
     k.made = &made;
     take_pieces(&k, local);
     sum_stretch(&k);

@@ -38,9 +38,10 @@ typedef struct maker {
     qw_env *env;
     qw_atlas_mesh *m;
     qw_charts_made made;
-    uint32_t *chart_of;   /* uint32_t[face_count] */
-    uint32_t *local;      /* uint32_t[corner_count] */
-    const double *weight; /* may be NULL */
+    uint32_t *chart_of;     /* uint32_t[face_count] */
+    uint32_t *local;        /* uint32_t[corner_count] */
+    const double *weight;   /* may be NULL */
+    const uint32_t *mirror; /* may be NULL */
     double most_stretch;
     double total; /* area of the surface */
     bounds bounds;
@@ -237,19 +238,19 @@ static bool join_along(maker *k, const candidate *c, const uint32_t *path, uint3
     return good;
 }
 
-/* Along all seams between them, else along the path alone. */
-static bool try_join(maker *k, const candidate *c)
+/* Along all seams between them, else along the path alone. The seams that went: uint32_t[*length], the
+   caller's; NULL: none did. */
+static uint32_t *try_join(maker *k, const candidate *c, uint32_t *length)
 {
-    uint32_t length;
-    qw_scope_begin(k->env);
-    uint32_t *all = seams_of(k, c, true, &length);
-    bool good = join_along(k, c, all, length);
-    if (!good && length > c->length) {
-        uint32_t *path = seams_of(k, c, false, &length);
-        good = join_along(k, c, path, length);
-    }
-    qw_scope_end(k->env);
-    return good;
+    uint32_t *path = seams_of(k, c, true, length);
+    if (join_along(k, c, path, *length)) return path;
+    bool is_all = *length == c->length;
+    qw_free(k->env, path);
+    if (is_all) return NULL;
+    path = seams_of(k, c, false, length);
+    if (join_along(k, c, path, *length)) return path;
+    qw_free(k->env, path);
+    return NULL;
 }
 
 /* ---- candidates */
@@ -364,6 +365,100 @@ static void join(maker *k, uint32_t a, uint32_t b)
     k->made.joins++;
 }
 
+/* The chart that lies opposite to one, face by face; QW_NONE: there is none. */
+static uint32_t chart_opposite(const maker *k, uint32_t a)
+{
+    const qw_chart *c = &k->made.chart[a];
+    uint32_t found = QW_NONE;
+    for (uint32_t i = 0; i < c->count; i++) {
+        uint32_t h = k->mirror[k->m->begin[c->face[i]]];
+        uint32_t b = h == QW_NONE ? QW_NONE : k->chart_of[k->m->face[h]];
+        if (b == QW_NONE || (i > 0 && b != found)) return QW_NONE;
+        found = b;
+    }
+    return k->made.chart[found].count == c->count ? found : QW_NONE;
+}
+
+/* Whether a join has to be made on the other side too: charts that lie opposite to others. */
+static bool has_opposite(const maker *k, const candidate *c)
+{
+    if (!k->mirror) return false;
+    uint32_t a = chart_opposite(k, c->a), b = chart_opposite(k, c->b);
+    if (a == QW_NONE || b == QW_NONE) return false;
+    return !(a == c->a && b == c->b) && !(a == c->b && b == c->a);
+}
+
+/* The same join on the other side. */
+static bool join_opposite(maker *k, const uint32_t *path, uint32_t length)
+{
+    candidate c = {.a = QW_NONE};
+    uint32_t *other = QW_NEW(k->env, uint32_t, length);
+    bool good = length > 0;
+    for (uint32_t i = 0; i < length && good; i++) {
+        uint32_t h = other[i] = k->mirror[path[i]];
+        good = h != QW_NONE && k->m->twin[h] != QW_NONE && k->m->seam[h] && !k->m->wall[h];
+        if (!good) break;
+        uint32_t a = k->chart_of[k->m->face[h]], b = k->chart_of[k->m->face[k->m->twin[h]]];
+        if (i == 0) c.a = a, c.b = b;
+        good = c.a == a && c.b == b && a != b;
+    }
+    good = good && join_along(k, &c, other, length);
+    qw_free(k->env, other);
+    if (good) join(k, c.a, c.b), offer_all(k, c.a);
+    return good;
+}
+
+/* Takes a join back: the seams, the coordinates and what the two charts were. */
+static void part(maker *k, const candidate *c, const uint32_t *path, uint32_t length, uint32_t of_a, uint32_t of_b,
+                 const double (*uv)[2])
+{
+    qw_chart *a = &k->made.chart[c->a], *b = &k->made.chart[c->b];
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < a->count; i++)
+        for (uint32_t e = k->m->begin[a->face[i]]; e < k->m->begin[a->face[i] + 1]; e++, n++)
+            memcpy(k->made.uv[e], uv[n], sizeof *uv);
+    for (uint32_t i = of_a; i < a->count; i++) k->chart_of[a->face[i]] = c->b;
+    set_path(k, path, length, 1);
+    a->count = of_a, b->count = of_b, b->into = c->b;
+    a->stamp++, b->stamp++, k->made.joins--;
+    a->perimeter = perimeter_of(k, a), b->perimeter = perimeter_of(k, b);
+    offer_all(k, c->a), offer_all(k, c->b);
+}
+
+/* Coordinates of the corners of two charts, one behind the other. */
+static double (*copy_uv(maker *k, const candidate *c))[2]
+{
+    size_t room = 0;
+    uint32_t n = 0;
+    double(*uv)[2] = NULL;
+    for (int side = 0; side < 2; side++) {
+        const qw_chart *of = &k->made.chart[side ? c->b : c->a];
+        for (uint32_t i = 0; i < of->count; i++)
+            for (uint32_t e = k->m->begin[of->face[i]]; e < k->m->begin[of->face[i] + 1]; e++) {
+                uv = qw_grow(k->env, uv, &room, n + (size_t)1, sizeof *uv);
+                memcpy(uv[n++], k->made.uv[e], sizeof *uv);
+            }
+    }
+    return uv;
+}
+
+/* Joins the charts of a candidate, and on a symmetric surface those that lie opposite too, or none. */
+static bool make_join(maker *k, const candidate *c)
+{
+    uint32_t of_a = k->made.chart[c->a].count, of_b = k->made.chart[c->b].count, length;
+    bool is_twice = has_opposite(k, c), good;
+    double(*uv)[2] = is_twice ? copy_uv(k, c) : NULL;
+    uint32_t *path = try_join(k, c, &length);
+    good = path != NULL;
+    if (good) join(k, c->a, c->b);
+    if (good && is_twice) {
+        good = join_opposite(k, path, length);
+        if (!good) part(k, c, path, length, of_a, of_b, (const double(*)[2])uv);
+    }
+    qw_free(k->env, uv), qw_free(k->env, path);
+    return good;
+}
+
 static void join_all(maker *k)
 {
     for (uint32_t a = 0; a < k->made.count; a++) offer_all(k, a);
@@ -371,14 +466,12 @@ static void join_all(maker *k)
         candidate c = pop(k);
         if (k->made.chart[c.a].stamp != c.stamp_a || k->made.chart[c.b].stamp != c.stamp_b) continue;
         if (was_refused(k, c.a, c.b)) continue;
-        uint32_t a = c.a;
-        if (!try_join(k, &c)) {
-            refuse(k, c.a, c.b);
-            refuse(k, c.b, c.a);
+        if (make_join(k, &c)) {
+            offer_all(k, c.a);
             continue;
         }
-        join(k, a, c.b);
-        offer_all(k, a);
+        refuse(k, c.a, c.b);
+        refuse(k, c.b, c.a);
     }
 }
 
@@ -515,9 +608,10 @@ static void join_at_levels(maker *k, qw_chart_trial *trial, void *user)
 }
 
 qw_charts_made qw_make_charts(qw_env *env, qw_atlas_mesh *mesh, double most_stretch, const double *weight,
-                              qw_chart_trial *trial, void *user)
+                              const uint32_t *mirror, qw_chart_trial *trial, void *user)
 {
-    maker k = {.env = env, .m = mesh, .most_stretch = most_stretch, .weight = weight, .bounds = levels[0]};
+    maker k = {
+        .env = env, .m = mesh, .most_stretch = most_stretch, .weight = weight, .mirror = mirror, .bounds = levels[0]};
     k.made.uv = qw_alloc_zero(env, mesh->corner_count, sizeof *k.made.uv);
     k.local = QW_NEW(env, uint32_t, mesh->corner_count);
     qw_cut_patches(env, mesh);

@@ -28,9 +28,11 @@ typedef struct qw_charts_made {
 typedef double qw_chart_trial(void *user, const qw_charts_made *made);
 
 /* most_stretch: bound of the mean of the larger of s1 and 1 / s2 over a chart (flat.h). weight: double[corner_count]:
-   how much a seam along each edge is to be avoided, 1 in the mean; may be NULL. trial: may be NULL: compact charts. In
+   how much a seam along each edge is to be avoided, 1 in the mean; may be NULL. mirror: uint32_t[corner_count]:
+   half-edges that lie opposite to one another on a symmetric surface, or QW_NONE: charts are joined on both sides or
+   on neither; may be NULL. trial: may be NULL: compact charts. In
    the caller's scope; sets the seams of the mesh. */
 qw_charts_made qw_make_charts(qw_env *env, qw_atlas_mesh *mesh, double most_stretch, const double *weight,
-                              qw_chart_trial *trial, void *user);
+                              const uint32_t *mirror, qw_chart_trial *trial, void *user);
 
 #endif

@@ -118,17 +118,22 @@ static uint32_t straight_on(const qw_atlas_mesh *m, uint32_t c)
     return qw_atlas_next(m, t);
 }
 
+/* All go on by one edge at a time. Those that come to a vertex in the same step all go on, so that what lies symmetric
+   is cut symmetrically. */
 static void ride(riders *r)
 {
     const qw_atlas_mesh *m = r->m;
     while (r->count > 0) {
-        uint32_t kept = 0;
+        uint32_t kept = 0, arrived = 0;
         for (uint32_t i = 0; i < r->count; i++) {
-            uint32_t c = r->ahead[i], end = m->corner[qw_atlas_next(m, c)], on;
+            uint32_t c = r->ahead[i];
             if (m->seam[c]) continue;
             qw_set_seam(m, c, 1);
-            if (r->met[end]) continue;
-            r->met[end] = 1, on = straight_on(m, c);
+            if (!r->met[m->corner[qw_atlas_next(m, c)]]) r->ahead[arrived++] = c;
+        }
+        for (uint32_t i = 0; i < arrived; i++) r->met[m->corner[qw_atlas_next(m, r->ahead[i])]] = 1;
+        for (uint32_t i = 0; i < arrived; i++) {
+            uint32_t on = straight_on(m, r->ahead[i]);
             if (on != QW_NONE && !m->seam[on]) r->ahead[kept++] = on;
         }
         r->count = kept;

@@ -5,6 +5,7 @@
 
 #include "bake/pad.h"
 #include "math/elementary.h"
+#include "mesh/openness.h"
 #include "mesh/polygons.h"
 
 #include <assert.h>
@@ -12,8 +13,7 @@
 
 enum {
     TILE = 16,
-    VALUES = 15, /* of a sample: colour 4, normal 3, orm 3, emission 3, occlusion 1, height 1 */
-    OCCLUSION_RAYS = 24,
+    VALUES = 15,   /* of a sample: colour 4, normal 3, orm 3, emission 3, occlusion 1, height 1 */
     CHECKS = 20000 /* points at which maps are compared with the input */
 };
 static const double BEFORE = 0.15, AFTER = 0.9; /* shares of the work on all maps when texels begin and end */
@@ -35,6 +35,7 @@ typedef struct baker {
     uint8_t *covered;       /* uint8_t[tiles][texels][texels]: 1 on charts */
     uint32_t *missed;       /* uint32_t[TILEs] */
     const uint8_t *coded;   /* uint8_t[4096]: sRGB of linear i / 4095 */
+    qw_open_rays rays;
 } baker;
 
 /* ---- which triangles touch which tiles */
@@ -94,21 +95,6 @@ static void sort_triangles(qw_env *env, baker *b)
 
 /* ---- one sample */
 
-/* The share of rays from a point that meet nothing near, more the more they go along the normal: ray i of a spiral. */
-static float occlusion_at(const qw_source *source, qw_vec3 p, qw_vec3 n, uint32_t face, uint64_t chance)
-{
-    qw_vec3 u = qw_any_orthogonal(n), v = qw_cross(n, u);
-    double turn = (double)(qw_mix(chance) >> 11) / 9007199254740992.0;
-    uint32_t open = 0;
-    for (uint32_t i = 0; i < OCCLUSION_RAYS; i++) {
-        double r = sqrt((i + 0.5) / OCCLUSION_RAYS), a = 2 * QW_PI * (turn + i * 0.6180339887498949),
-               z = sqrt(1 - r * r);
-        qw_vec3 d = qw_madd(qw_madd(qw_scale(u, (float)(r * qw_cos(a))), (float)(r * qw_sin(a)), v), (float)z, n);
-        open += qw_bvh_ray(source->bvh, qw_madd(p, 1e-5f, n), d, OCCLUSION_REACH, face).face == QW_NONE;
-    }
-    return (float)open / OCCLUSION_RAYS;
-}
-
 /* Coordinates of a vector along three unit vectors that need not be orthogonal. */
 static qw_vec3 along(qw_vec3 a, qw_vec3 x, qw_vec3 y, qw_vec3 z)
 {
@@ -145,7 +131,8 @@ static void take_sample(const baker *b, uint32_t triangle, const float w[3], uin
                          1,
                          s.height};
     if (b->maps >> QW_MAP_OCCLUSION & 1)
-        all[13] = occlusion_at(b->look->source, s.point, b->look->source->normal[s.triangle], s.triangle, chance);
+        all[13] = qw_openness(b->look->source->bvh, &b->rays, s.point, b->look->source->normal[s.triangle], 1e-5f,
+                              (double)(qw_mix(chance) >> 11) * 0x1p-53, OCCLUSION_REACH, s.triangle);
     memcpy(value, all, sizeof all);
     *missed |= s.is_missed;
 }
@@ -354,7 +341,8 @@ qw_maps qw_bake_maps(qw_env *env, const qw_bake_target *target, const qw_look *l
                .texels = texels,
                .samples = samples,
                .across = (texels + TILE - 1) / TILE,
-               .farthest = farthest > 0 ? farthest : 1};
+               .farthest = farthest > 0 ? farthest : 1,
+               .rays = qw_begin_open_rays()};
     uint32_t count = b.across * b.across * tiles;
     assert(samples >= 1 && samples * samples <= 64);
     begin_pictures(env, &b);
