@@ -3,6 +3,7 @@
 #include "atlas/atlas.h"
 #include "atlas/charts.h"
 #include "atlas/overlap.h"
+#include "atlas/seen.h"
 #include "quad_shapes.h"
 #include "random.h"
 #include "solve/envelope.h"
@@ -186,6 +187,90 @@ static void moebius_strip(void **state)
     run(quad_sheet(24, 4, 1, 0, 1), 24, 0.6);
 }
 
+/* A plane with holes lies flat as it is: one chart, and no seam from hole to hole. */
+static void flat_with_holes(void *user)
+{
+    job *j = user;
+    uint32_t kept = 0;
+    for (uint32_t f = 0; f < j->shape.face_count; f++) {
+        uint32_t x = f % 14, y = f / 14;
+        if (x % 4 == 2 && (y % 5 == 2 || y % 5 == 3)) continue;
+        memmove(j->shape.corner + 4 * (size_t)kept++, j->shape.corner + 4 * (size_t)f, 4 * sizeof *j->shape.corner);
+    }
+    assert_true(kept < j->shape.face_count);
+    j->shape.face_count = kept;
+    qw_mesh_view view = quad_shape_view(&j->shape);
+    qw_atlas_mesh mesh = qw_atlas_mesh_of(j->env, &view, NULL, 0, NULL);
+    const qw_atlas_options options = {.most_stretch = 1.15, .pack = {.texels = 512, .margin = 4, .tiles = 1}};
+    qw_atlas a = qw_make_atlas(j->env, &mesh, &options);
+    assert_int_equal(a.charts, 1);
+    assert_true(a.seam_length == 0);
+    assert_int_equal(count_overlaps(&a, kept), 0);
+}
+static void holes_need_no_seams(void **state)
+{
+    (void)state;
+    job j = {.shape = quad_sheet(14, 14, 0, 0, 0)};
+    protect(flat_with_holes, &j);
+    quad_shape_free(&j.shape);
+}
+
+/* On a symmetric surface every seam has one opposite to it. */
+static void unwrap_mirrored(void *user)
+{
+    job *j = user;
+    const double normal[3] = {1, 0, 0};
+    qw_mesh_view view = quad_shape_view(&j->shape);
+    qw_atlas_mesh mesh = qw_atlas_mesh_of(j->env, &view, NULL, 0, NULL);
+    qw_atlas_options options = {.most_stretch = 1.15, .pack = {.texels = 512, .margin = 4, .tiles = 1}};
+    options.weight = qw_seam_weights(j->env, &mesh);
+    const uint32_t *mirror = options.mirror = qw_mirrored_corners(j->env, &mesh, normal, 0);
+    qw_atlas a = qw_make_atlas(j->env, &mesh, &options);
+    assert_true(a.charts > 1 && a.charts <= j->most_charts);
+    for (uint32_t c = 0; c < mesh.corner_count; c++) {
+        assert_int_not_equal(mirror[c], QW_NONE);
+        assert_int_equal(mirror[mirror[c]], c);
+        assert_int_equal(mesh.seam[c], mesh.seam[mirror[c]]);
+    }
+}
+static void mirrored_seams(void **state)
+{
+    (void)state;
+    job j = {.shape = quad_sphere(8), .most_charts = 16};
+    protect(unwrap_mirrored, &j);
+    quad_shape_free(&j.shape);
+}
+
+/* In a groove the surface is less open than beside it. */
+static void weigh_fold(void *user)
+{
+    job *j = user;
+    qw_mesh_view view = quad_shape_view(&j->shape);
+    uint32_t across = 9;
+    for (uint32_t v = 0; v < j->shape.vertex_count; v++) {
+        double *p = j->shape.position + 3 * (size_t)v;
+        double x = (double)(v % across) - 4; /* a V along y, open upward */
+        p[0] = 0.05 * x, p[1] = 0.05 * (v / across), p[2] = 0.1 * fabs(x);
+    }
+    qw_atlas_mesh mesh = qw_atlas_mesh_of(j->env, &view, NULL, 0, NULL);
+    const double *weight = qw_seam_weights(j->env, &mesh);
+    double groove = 0, rim = 0;
+    for (uint32_t c = 0; c < mesh.corner_count; c++) {
+        uint32_t a = mesh.corner[c] % across, b = mesh.corner[qw_atlas_next(&mesh, c)] % across;
+        if (a == 4 && b == 4) groove = fmax(groove, weight[c]);
+        if (a == 1 && b == 1) rim = fmax(rim, weight[c]);
+    }
+    assert_true(groove > 0 && rim > 0);
+    if (!(groove < 0.8 * rim)) fail_msg("groove %g, rim %g", groove, rim);
+}
+static void seams_in_grooves(void **state)
+{
+    (void)state;
+    job j = {.shape = quad_sheet(8, 8, 0, 0, 0)};
+    protect(weigh_fold, &j);
+    quad_shape_free(&j.shape);
+}
+
 /* ---- tiles */
 
 static void fill_tiles(void *user)
@@ -294,9 +379,18 @@ static void envelope_solves(void **state)
 QW_TEST_SUITE(atlas)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(one_quad),      cmocka_unit_test(sheet),           cmocka_unit_test(ring),
-        cmocka_unit_test(closed_sphere), cmocka_unit_test(torus),           cmocka_unit_test(moebius_strip),
-        cmocka_unit_test(several_tiles), cmocka_unit_test(envelope_solves), cmocka_unit_test(segments_that_meet),
+        cmocka_unit_test(one_quad),
+        cmocka_unit_test(sheet),
+        cmocka_unit_test(ring),
+        cmocka_unit_test(closed_sphere),
+        cmocka_unit_test(torus),
+        cmocka_unit_test(moebius_strip),
+        cmocka_unit_test(holes_need_no_seams),
+        cmocka_unit_test(mirrored_seams),
+        cmocka_unit_test(seams_in_grooves),
+        cmocka_unit_test(several_tiles),
+        cmocka_unit_test(envelope_solves),
+        cmocka_unit_test(segments_that_meet),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

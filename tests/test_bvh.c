@@ -152,7 +152,7 @@ static void normal_body(void *user)
 static void pocket_body(void *user)
 {
     qw_env *env = user;
-    uint32_t overflows = 0, label[MOST];
+    uint32_t overflows = 0, met = 0, label[MOST];
     for (int kind = 0; kind < 5; kind++) {
         state = (uint64_t)(23 * kind);
         qw_trimesh m = random_mesh(kind, 2000);
@@ -182,10 +182,19 @@ static void pocket_body(void *user)
                 assert_memory_equal(&plain, &quick, sizeof plain);
                 assert_true(!q.label || plain.face == QW_NONE || label[plain.face] == 1);
             }
+            for (int k = 0; k < 20; k++) {
+                qw_vec3 o = qw_add(centre, random_point(0.8 * (double)radius)), d = qw_normalize(random_point(1));
+                float most = between(0, 1) * radius;
+                qw_hit plain = qw_bvh_ray(bvh, o, d, most, QW_NONE);
+                qw_hit quick = qw_bvh_ray_near(bvh, &pocket, o, d, most, QW_NONE);
+                assert_memory_equal(&plain, &quick, sizeof plain);
+                met += plain.face != QW_NONE && pocket.radius > 0;
+            }
         }
         qw_scope_end(env);
     }
     assert_true(overflows > 20 && overflows < 450);
+    assert_true(met > 200);
 }
 
 /* Two sides of a wall thinner than the distance between them and the point: the normal decides. And ties: the lower

@@ -220,8 +220,24 @@ static void take_hit(const qw_source *source, qw_sight *s, const qw_hit *hit, qw
     memcpy(s->weight, hit->weight, sizeof s->weight);
 }
 
+void qw_bake_target_pocket(const qw_bake_target *t, const qw_source *source, uint32_t triangle, const float w[3][3],
+                           qw_bvh_pocket *pocket)
+{
+    const uint32_t *c = t->corner + 3 * (size_t)triangle;
+    qw_vec3 p[3];
+    float cage = 0;
+    for (int i = 0; i < 3; i++) {
+        p[i] = qw_v3(0, 0, 0);
+        for (int k = 0; k < 3; k++) p[i] = qw_madd(p[i], w[i][k], t->place[c[k]]);
+        cage = fmaxf(cage, t->cage[c[i]]);
+    }
+    float within = fmaxf(qw_distance(p[0], p[1]), qw_distance(p[0], p[2]));
+    pocket->radius = 0;
+    if (within < INFINITY) qw_bvh_fill_pocket(source->bvh, p[0], 1.01f * (within + cage), pocket);
+}
+
 qw_sight qw_bake_target_see(const qw_bake_target *t, const qw_source *source, uint32_t triangle, const float w[3],
-                            uint32_t *hint)
+                            uint32_t *hint, const qw_bvh_pocket *pocket)
 {
     const uint32_t *c = t->corner + 3 * (size_t)triangle;
     qw_sight s = {.triangle = QW_NONE};
@@ -238,7 +254,7 @@ qw_sight qw_bake_target_see(const qw_bake_target *t, const qw_source *source, ui
     float left = 2 * cage;
     uint32_t skip = QW_NONE;
     for (int i = 0; i < MOST_CROSSED && left > 0; i++) {
-        qw_hit hit = qw_bvh_ray(source->bvh, from, down, left, skip);
+        qw_hit hit = qw_bvh_ray_near(source->bvh, pocket, from, down, left, skip);
         if (hit.face == QW_NONE) break;
         if (qw_dot(source->normal[hit.face], s.normal) > 0) {
             take_hit(source, &s, &hit, p);

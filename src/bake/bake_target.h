@@ -36,7 +36,12 @@ typedef struct qw_sight {
     qw_vec3 normal, tangent, across; /* of the target there: interpolated, unit */
     qw_vec3 point;                   /* that is seen */
 } qw_sight;
+/* pocket: of the source; quick where its ball holds the cage at the point; may be NULL. */
 qw_sight qw_bake_target_see(const qw_bake_target *target, const qw_source *source, uint32_t triangle,
-                            const float weight[3], uint32_t *hint);
+                            const float weight[3], uint32_t *hint, const qw_bvh_pocket *pocket);
+/* What rays can meet of points of a parallelogram in the triangle's plane: weights of its centre and of two corners
+   that are neighbours, which may lie outside of the triangle. */
+void qw_bake_target_pocket(const qw_bake_target *target, const qw_source *source, uint32_t triangle,
+                           const float weight[3][3], qw_bvh_pocket *pocket);
 
 #endif

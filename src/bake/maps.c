@@ -13,6 +13,7 @@
 
 enum {
     TILE = 16,
+    BLOCK = 4,     /* texels along a side of what is looked at together */
     VALUES = 15,   /* of a sample: colour 4, normal 3, orm 3, emission 3, occlusion 1, height 1 */
     CHECKS = 20000 /* points at which maps are compared with the input */
 };
@@ -104,10 +105,16 @@ static qw_vec3 along(qw_vec3 a, qw_vec3 x, qw_vec3 y, qw_vec3 z)
     return qw_normalize(qw_v3(qw_dot(a, yz) / det, qw_dot(a, zx) / det, qw_dot(a, xy) / det));
 }
 
-static void take_sample(const baker *b, uint32_t triangle, const float w[3], uint64_t chance, uint32_t *hint,
+/* What was met last, and what can be met near. */
+typedef struct search {
+    uint32_t hint;
+    qw_bvh_pocket pocket;
+} search;
+
+static void take_sample(const baker *b, uint32_t triangle, const float w[3], uint64_t chance, search *near,
                         float value[VALUES], bool *missed)
 {
-    qw_sight s = qw_bake_target_see(b->target, b->look->source, triangle, w, hint);
+    qw_sight s = qw_bake_target_see(b->target, b->look->source, triangle, w, &near->hint, &near->pocket);
     if (s.triangle == QW_NONE) {
         memset(value, 0, VALUES * sizeof *value);
         value[6] = 1, *missed = true;
@@ -145,36 +152,48 @@ typedef struct tile_sums {
     uint8_t missed[TILE * TILE];
 } tile_sums;
 
-/* Weights of a point in a triangle; false where it lies outside. */
+/* Weights of a point in the plane of a triangle; false where it lies outside. */
 static bool weigh(const double p[3][2], double x, double y, float w[3])
 {
     double det = (p[1][0] - p[0][0]) * (p[2][1] - p[0][1]) - (p[1][1] - p[0][1]) * (p[2][0] - p[0][0]);
     double b = ((x - p[0][0]) * (p[2][1] - p[0][1]) - (y - p[0][1]) * (p[2][0] - p[0][0])) / det;
     double c = ((p[1][0] - p[0][0]) * (y - p[0][1]) - (p[1][1] - p[0][1]) * (x - p[0][0])) / det, a = 1 - b - c;
-    if (!(a >= 0 && b >= 0 && c >= 0)) return false;
     w[0] = (float)a, w[1] = (float)b, w[2] = (float)c;
-    return true;
+    return a >= 0 && b >= 0 && c >= 0;
 }
 
-static void sum_triangle(const baker *b, uint32_t triangle, uint32_t x0, uint32_t y0, tile_sums *sums, uint32_t *hint)
+/* The samples of a texel that a triangle holds; i: of the texel in its tile. */
+static void sum_texel(const baker *b, uint32_t triangle, const double p[3][2], uint32_t x, uint32_t y, uint32_t i,
+                      tile_sums *sums, search *near)
+{
+    for (uint32_t s = 0; s < b->samples * b->samples; s++) {
+        float w[3], value[VALUES];
+        bool missed = false;
+        double sx = x + (s % b->samples + 0.5) / b->samples, sy = y + (s / b->samples + 0.5) / b->samples;
+        if (sums->taken[i] >> s & 1 || !weigh(p, sx, sy, w)) continue;
+        sums->taken[i] |= UINT64_C(1) << s;
+        take_sample(b, triangle, w, ((uint64_t)y << 32 | x) * 64 + s, near, value, &missed);
+        for (int k = 0; k < VALUES; k++) sums->sum[i][k] += value[k];
+        sums->missed[i] |= missed;
+    }
+}
+
+/* Block by block, as the rays of a block can meet the same few faces of the input. */
+static void sum_triangle(const baker *b, uint32_t triangle, uint32_t x0, uint32_t y0, tile_sums *sums, search *near)
 {
     double p[3][2];
     corners_of(b, triangle, p);
     box t = box_of((const double(*)[2])p, b->texels, 1);
     uint32_t x1 = t.x1 < x0 + TILE - 1 ? t.x1 : x0 + TILE - 1, y1 = t.y1 < y0 + TILE - 1 ? t.y1 : y0 + TILE - 1;
-    for (uint32_t y = t.y0 > y0 ? t.y0 : y0; y <= y1; y++)
-        for (uint32_t x = t.x0 > x0 ? t.x0 : x0; x <= x1; x++) {
-            uint32_t i = (y - y0) * TILE + x - x0;
-            for (uint32_t s = 0; s < b->samples * b->samples; s++) {
-                float w[3], value[VALUES];
-                bool missed = false;
-                double sx = x + (s % b->samples + 0.5) / b->samples, sy = y + (s / b->samples + 0.5) / b->samples;
-                if (sums->taken[i] >> s & 1 || !weigh((const double(*)[2])p, sx, sy, w)) continue;
-                sums->taken[i] |= UINT64_C(1) << s;
-                take_sample(b, triangle, w, ((uint64_t)y << 32 | x) * 64 + s, hint, value, &missed);
-                for (int k = 0; k < VALUES; k++) sums->sum[i][k] += value[k];
-                sums->missed[i] |= missed;
-            }
+    for (uint32_t by = t.y0 > y0 ? t.y0 : y0; by <= y1; by += BLOCK)
+        for (uint32_t bx = t.x0 > x0 ? t.x0 : x0; bx <= x1; bx += BLOCK) {
+            float w[3][3];
+            weigh((const double(*)[2])p, bx + BLOCK / 2.0, by + BLOCK / 2.0, w[0]);
+            weigh((const double(*)[2])p, bx, by, w[1]), weigh((const double(*)[2])p, bx + BLOCK, by, w[2]);
+            qw_bake_target_pocket(b->target, b->look->source, triangle, (const float(*)[3])w, &near->pocket);
+            for (uint32_t y = by; y <= y1 && y < by + BLOCK; y++)
+                for (uint32_t x = bx; x <= x1 && x < bx + BLOCK; x++)
+                    sum_texel(b, triangle, (const double(*)[2])p, x, y, (y - y0) * TILE + x - x0, sums, near);
         }
 }
 
@@ -216,11 +235,11 @@ static void bake_tiles(void *user, uint32_t block, uint32_t begin, uint32_t end)
     for (uint32_t i = b->begin + begin; i < b->begin + end; i++) {
         tile_sums sums;
         uint32_t x0 = i % b->across * TILE, y0 = i / b->across % b->across * TILE, tile = i / b->across / b->across;
-        uint32_t hint = QW_NONE;
+        search near = {.hint = QW_NONE};
         b->missed[i] = 0;
         if (b->first[i] == b->first[i + 1]) continue;
         memset(&sums, 0, sizeof sums);
-        for (uint32_t k = b->first[i]; k < b->first[i + 1]; k++) sum_triangle(b, b->item[k], x0, y0, &sums, &hint);
+        for (uint32_t k = b->first[i]; k < b->first[i + 1]; k++) sum_triangle(b, b->item[k], x0, y0, &sums, &near);
         for (uint32_t k = 0; k < TILE * TILE; k++) {
             uint32_t x = x0 + k % TILE, y = y0 + k / TILE;
             if (!sums.taken[k] || x >= b->texels || y >= b->texels) continue;
@@ -270,7 +289,7 @@ static void check_point(const baker *b, uint32_t triangle, const float w[3], dou
     double p[3][2], at[2] = {0, 0}, read[4];
     uint32_t tile = corners_of(b, triangle, p), hint = QW_NONE;
     for (int k = 0; k < 3; k++) at[0] += (double)w[k] * p[k][0], at[1] += (double)w[k] * p[k][1];
-    qw_sight s = qw_bake_target_see(b->target, b->look->source, triangle, w, &hint);
+    qw_sight s = qw_bake_target_see(b->target, b->look->source, triangle, w, &hint, NULL);
     if (s.triangle == QW_NONE) return;
     qw_seen seen = qw_look_at(b->look, s.triangle, s.weight);
     const qw_picture *picture = &b->made->picture[tile * QW_MAP_COUNT];

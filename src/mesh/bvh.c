@@ -434,6 +434,33 @@ qw_hit qw_bvh_ray(const qw_bvh *bvh, qw_vec3 origin, qw_vec3 direction, float ma
     return best;
 }
 
+/* Whether a ball around a point of the ray's line is met before what was found. */
+static bool may_meet(const qw_bvh *bvh, const disc *d, const ray *r, double best_t)
+{
+    qw_vec3 to = qw_sub(d->centre, r->origin);
+    float along = qw_dot(to, r->direction), room = d->radius * 1.0001f;
+    float aside2 = qw_length2(to) * 0.9999f - along * along * 1.0001f;
+    return aside2 <= room * room + bvh->tree.slack2 &&
+           along - room <= (float)best_t * 1.0001f + sqrtf(bvh->tree.slack2);
+}
+
+qw_hit qw_bvh_ray_near(const qw_bvh *bvh, const qw_bvh_pocket *pocket, qw_vec3 origin, qw_vec3 direction,
+                       float max_distance, uint32_t skip)
+{
+    const qw_box_tree *t = &bvh->tree;
+    if (!pocket || pocket->radius == 0 || !is_inside(t, pocket, origin, 0) ||
+        !is_inside(t, pocket, qw_madd(origin, max_distance, direction), 0))
+        return qw_bvh_ray(bvh, origin, direction, max_distance, skip);
+    qw_hit best = {.face = QW_NONE, .distance2 = max_distance * max_distance};
+    ray r = {.origin = origin, .direction = direction, .skip = skip};
+    double best_t = max_distance;
+    for (uint32_t i = 0; i < pocket->count; i++) {
+        const disc *d = &bvh->discs[pocket->place[i]];
+        if (may_meet(bvh, d, &r, best_t)) try_ray(bvh, d->face, &r, &best_t, &best);
+    }
+    return best;
+}
+
 /* ---- curves */
 
 qw_curve_tree *qw_curve_tree_build(qw_env *env, const qw_vec3 *from, const qw_vec3 *to, uint32_t count)

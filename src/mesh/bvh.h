@@ -61,6 +61,10 @@ qw_hit qw_bvh_nearest_on(const qw_bvh *bvh, uint32_t face, qw_vec3 point);
 /* First hit of the ray within max_distance at a face other than `skip` (may be QW_NONE). distance2 is squared along the
  * unit direction. */
 qw_hit qw_bvh_ray(const qw_bvh *bvh, qw_vec3 origin, qw_vec3 direction, float max_distance, uint32_t skip);
+/* The same; pocket: quick where the ray up to max_distance lies in its ball; never changes the answer;
+   may be NULL. */
+qw_hit qw_bvh_ray_near(const qw_bvh *bvh, const qw_bvh_pocket *pocket, qw_vec3 origin, qw_vec3 direction,
+                       float max_distance, uint32_t skip);
 
 /* The same over segments (sharp edges, boundary curves). */
 typedef struct qw_curve_tree qw_curve_tree;
