@@ -560,22 +560,39 @@ static double face_area(const qw_atlas_mesh *m, uint32_t f)
 typedef struct state {
     double (*uv)[2]; /* double[corner_count][2] */
     uint8_t *seam;   /* uint8_t[corner_count] */
+    uint8_t *stub;   /* uint8_t[face_count]: 1 where a face is one */
+    bool is_finished;
 } state;
 
-static state keep_state(const maker *k)
+static void keep_state(const maker *k, state *s)
 {
     size_t n = k->m->corner_count;
-    state s = {.uv = qw_alloc(k->env, n, sizeof *s.uv), .seam = QW_NEW(k->env, uint8_t, n)};
-    memcpy(s.uv, k->made.uv, n * sizeof *s.uv), memcpy(s.seam, k->m->seam, n);
-    return s;
+    memcpy(s->uv, k->made.uv, n * sizeof *s->uv), memcpy(s->seam, k->m->seam, n);
+    for (uint32_t a = 0; a < k->made.count; a++) s->stub[k->made.chart[a].face[0]] = k->made.chart[a].is_stub;
 }
 
-static void go_back(maker *k, const state *s)
+static void add_state(const maker *k, state *s)
+{
+    size_t n = k->m->corner_count;
+    *s = (state){.uv = qw_alloc(k->env, n, sizeof *s->uv), .seam = QW_NEW(k->env, uint8_t, n)};
+    s->stub = QW_NEW_ZERO(k->env, uint8_t, k->m->face_count);
+    keep_state(k, s);
+}
+
+/* Its charts, finished. */
+static void go_back(maker *k, state *s)
 {
     size_t n = k->m->corner_count;
     memcpy(k->made.uv, s->uv, n * sizeof *s->uv), memcpy(k->m->seam, s->seam, n);
     qw_free(k->env, k->made.chart);
     take_charts(k);
+    for (uint32_t a = 0; a < k->made.count; a++) {
+        qw_chart *c = &k->made.chart[a];
+        if (s->is_finished) c->is_stub = c->count == 1 && s->stub[c->face[0]];
+        else finish_chart(k, c);
+    }
+    if (!s->is_finished) keep_state(k, s);
+    s->is_finished = true;
 }
 
 /* Joins at every level, and takes the last whose charts pack well in a trial, else the first. */
@@ -591,7 +608,7 @@ static void join_at_levels(maker *k, qw_chart_trial *trial, void *user)
         drop_joined(k);
         qw_progress_work(k->env, PATCHES_LAID + (CHARTS_JOINED - PATCHES_LAID) * (level + 1) / LEVELS);
         if (level > 0 && k->made.joins == before) continue;
-        all[count++] = keep_state(k);
+        add_state(k, &all[count++]);
         qw_free(k->env, k->made.chart);
         take_charts(k);
     }
@@ -620,7 +637,6 @@ qw_charts_made qw_make_charts(qw_env *env, qw_atlas_mesh *mesh, double most_stre
     k.made.patches = k.made.count;
     qw_progress_work(env, PATCHES_LAID);
     join_at_levels(&k, trial, user);
-    for (uint32_t a = 0; a < k.made.count; a++) finish_chart(&k, &k.made.chart[a]);
     qw_free(env, k.heap), qw_free(env, k.local), qw_free(env, k.chart_of);
     return k.made;
 }
