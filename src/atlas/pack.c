@@ -571,8 +571,10 @@ static void push_together(packer *k, const qw_pack_options *o)
         double growth = i == 0 ? 1 : more;
         begin_scale(k, scale * growth, &k->good);
         bool fits = move_over(k, &k->good, times * growth, 2 * within, a), moves = fits;
-        for (uint32_t p = 0; p < MOST_PUSHES && moves && (i == 0 || !is_inside(k, a)); p++)
-            moves = push_all(k, a, 1, within) | push_all(k, a, 0, within);
+        for (uint32_t p = 0; p < MOST_PUSHES && moves && (i == 0 || !is_inside(k, a)); p++) {
+            moves = push_all(k, a, 1, within);
+            if (push_all(k, a, 0, within)) moves = true;
+        }
         fits = fits && is_inside(k, a);
         if (!fits && i == 0) return;
         if (fits) {
