@@ -101,7 +101,7 @@ static void components_do_as_well_as_the_whole(void **state)
     for (double quads = 60; quads < 5000; quads *= 1.17) {
         qw_scope_begin(env);
         c.d = QW_NEW(env, qw_int2, c.edge_count);
-        qw_search_wish wish = {.quads = quads, .times = 1, .size = sqrt(quads / area), .cut = cut};
+        qw_search_wish wish = {.quads = quads, .times = 1, .size = sqrt(quads / area), .effort = 1, .cut = cut};
         qw_search_result whole = qw_search_integers(env, &one, &wish, c.d),
                          found = qw_search_integers(env, &s.components, &wish, c.d);
         double sum = 0;

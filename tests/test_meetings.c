@@ -35,7 +35,7 @@ static whole whole_of(qw_env *env, qw_trimesh mesh, double quads)
     const qw_complex *c = &s.components.component[0].decimated.complex;
     double area = 0, cut = 0;
     for (uint32_t h = 0; h < 3 * c->face_count; h += 3) area += qw_cross2(qw_along(c, h), qw_along(c, h + 1)) / 2;
-    qw_search_wish wish = {.quads = quads, .times = 1, .size = sqrt(quads / area), .cut = &cut};
+    qw_search_wish wish = {.quads = quads, .times = 1, .size = sqrt(quads / area), .effort = 1, .cut = &cut};
     s.d = QW_NEW(env, qw_int2, c->edge_count);
     qw_search_result found = qw_search_integers(env, &s.components, &wish, s.d);
     assert_int_equal(found.inverted, 0);

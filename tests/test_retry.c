@@ -239,6 +239,23 @@ static void rounds_are_bounded(void **state)
     PLAY(bare, {QW_STAGE_RELAX, bad, QW_NO_RETRY, 0});
 }
 
+/* Where cones leave the quads no room a round that does not help much is the last, nothing goes back for lost topology,
+   and sizes are tried as often as where components are rebuilt. */
+static void crowds_of_cones_end_early(void **state)
+{
+    (void)state;
+    const qw_verdict crowded = {.uncovered = 20, .places = 1, .is_crowded = 1},
+                     little = {.uncovered = 14, .places = 1, .is_crowded = 1},
+                     much = {.uncovered = 10, .places = 1, .is_crowded = 1}, roomy = {.uncovered = 14, .places = 1};
+    PLAY(USUAL, {QW_STAGE_RELAX, crowded, QW_RETRY_COVERAGE, 0}, {QW_STAGE_RELAX, little, QW_NO_RETRY, 1});
+    PLAY(USUAL, {QW_STAGE_RELAX, crowded, QW_RETRY_COVERAGE, 0}, {QW_STAGE_RELAX, much, QW_RETRY_COVERAGE, 1});
+    PLAY(USUAL, {QW_STAGE_RELAX, crowded, QW_RETRY_COVERAGE, 0}, {QW_STAGE_RELAX, roomy, QW_RETRY_COVERAGE, 1});
+    PLAY(USUAL, {REPAIR(.topology_lost = 1, .places = 4, .is_crowded = 1), QW_NO_RETRY, 0});
+    PLAY(USUAL, {SIMPLIFY(.faces = 1900, .is_crowded = 1), QW_RETRY_FACE_COUNT, 0},
+         {SIMPLIFY(.faces = 1800, .is_crowded = 1), QW_RETRY_FACE_COUNT, 1},
+         {SIMPLIFY(.faces = 1700, .is_crowded = 1), QW_NO_RETRY, 2});
+}
+
 /* A round begins with the size that the last one found, and may look for it again. */
 static void a_round_looks_for_its_own_size(void **state)
 {
@@ -392,6 +409,7 @@ QW_TEST_SUITE(retry)
         cmocka_unit_test(uncovered_parts_and_flipped_quads_are_refined),
         cmocka_unit_test(the_best_round_is_taken),
         cmocka_unit_test(rounds_are_bounded),
+        cmocka_unit_test(crowds_of_cones_end_early),
         cmocka_unit_test(a_round_looks_for_its_own_size),
         cmocka_unit_test(sides_apart_ask_for_room_and_planes),
         cmocka_unit_test(the_rows_are_all_the_causes),

@@ -4,9 +4,9 @@
 
 #include <assert.h>
 
-/* Where so many of the largest neighbourhoods have no answer the offsets are beyond repair, as in parts far thinner
-   than a quad, and the search ends: such components are rebuilt. */
-enum { CONFLICTS = 2000, MOST_FAILURES = 64 };
+/* Where so many of the largest neighbourhoods have no answer, or all together have so many conflicts, the offsets are
+   beyond repair, as in parts far thinner than a quad, and the search ends: such components are rebuilt. */
+enum { CONFLICTS = 2000, MOST_FAILURES = 64, MOST_CONFLICTS = 8 * CONFLICTS };
 
 /* Radii of the neighbourhoods, in rings around the inverted triangle, tried in turn. The last finds an answer for
    one in twenty triangles for which the others found none, and takes half of the time. */
@@ -46,7 +46,8 @@ void qw_remove_inversions_sat(qw_env *env, qw_offset_mesh *m, qw_sat_effort effo
         QW_NEW_ZERO(env, uint8_t, m->face_count); /* was in a neighbourhood of the largest radius that has no answer */
     size_t count = radius_count(effort);
     uint32_t failures = 0;
-    for (uint32_t f = 0; f < m->face_count && failures < MOST_FAILURES; f++)
+    int64_t most = counts->sat_conflicts + MOST_CONFLICTS;
+    for (uint32_t f = 0; f < m->face_count && failures < MOST_FAILURES && counts->sat_conflicts < most; f++)
         for (size_t r = 0; r < count && !given_up[f] && qw_offset_det(m, f) < 0; r++) {
             qw_progress(env, (double)f / m->face_count);
             bool solved = solve_around(env, m, &n, f, radii[r], r + 1 == count, given_up, counts);

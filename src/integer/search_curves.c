@@ -114,7 +114,7 @@ static qw_meeting_counts meet(qw_env *env, qw_search *s, uint32_t p, uint32_t al
                             .most_area = fmax(quads + bound, s->sum.area) - rest,
                             .least_promised = fmin(quads - promised, s->sum.area) - rest,
                             .most_promised = fmax(quads + promised, s->sum.area) - rest,
-                            .share = (double)real->face_count / all_faces};
+                            .share = s->wish.effort * real->face_count / all_faces};
     qw_meeting_counts counts = qw_make_meetings(env, component, &wish, t.d);
     qw_search_judge(s, &t);
     assert(!t.open && t.inverted <= s->kept[p].inverted);

@@ -243,7 +243,7 @@ uint32_t qw_search_noise(qw_env *env, qw_search *s)
     for (; i < NOISY_ROUNDS * s->tries; i++) {
         if (i % (2 * s->tries) == s->tries && i > s->tries) give_up(s, given_up, i);
         uint64_t edges = broken_edges(s, given_up);
-        if (edges == 0 || (uint64_t)i * edges >= QW_SEARCH_EDGES) break;
+        if (edges == 0 || (double)i * (double)edges >= s->wish.effort * QW_SEARCH_EDGES) break;
         if (i == end) {
             end = i + QW_TRIAL_LANES, at = 0;
             count = run_noisy(env, s, given_up, i, trials, list);

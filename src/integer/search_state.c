@@ -36,7 +36,7 @@ qw_search qw_search_begin(qw_env *env, const qw_components *components, const qw
         s.kept[p].scale = wish->size, s.kept[p].beyond = INFINITY, s.kept[p].stretch = 1;
     }
     s.room = QW_NEW(env, qw_real2, s.most_edges);
-    s.tries = (int)fmax(3, fmin(MOST_TRIES, QW_SEARCH_EDGES / fmax(s.edges, 1)));
+    s.tries = (int)fmax(3, fmin(MOST_TRIES, wish->effort * QW_SEARCH_EDGES / fmax(s.edges, 1)));
     return s;
 }
 

@@ -20,6 +20,13 @@ typedef struct disc {
 
 _Static_assert(sizeof(disc) == 32, "half a cache line");
 
+/* Bounds of normals, in steps of 1 / STEEPEST, rounded outward: what points another way is passed over with its node.
+ */
+typedef struct normal_box {
+    int8_t lo[3], hi[3];
+} normal_box;
+enum { STEEPEST = 127 };
+
 typedef struct triangle {
     qw_vec3 a, b, c;
     uint32_t face;
@@ -34,8 +41,9 @@ struct qw_bvh {
     qw_box_tree tree;
     const qw_vec3 *position; /* of the mesh */
     const uint32_t *corner, *component;
-    disc *discs;     /* disc[tree.count], in leaf order */
-    uint32_t *place; /* uint32_t[tree.count]: where in discs a face is */
+    disc *discs;         /* disc[tree.count], in leaf order */
+    uint32_t *place;     /* uint32_t[tree.count]: where in discs a face is */
+    normal_box *normals; /* normal_box[2 tree.count]: of the faces of each node */
 };
 
 struct qw_curve_tree {
@@ -224,6 +232,41 @@ static void fill_discs(void *user, uint32_t block, uint32_t begin, uint32_t end)
     }
 }
 
+static normal_box box_of_normal(qw_vec3 n)
+{
+    const float by[3] = {STEEPEST * n.x, STEEPEST * n.y, STEEPEST * n.z};
+    normal_box b;
+    for (int k = 0; k < 3; k++)
+        b.lo[k] = (int8_t)fmaxf(floorf(by[k]), -STEEPEST), b.hi[k] = (int8_t)fminf(ceilf(by[k]), STEEPEST);
+    return b;
+}
+
+static void widen(normal_box *b, const normal_box *by)
+{
+    for (int k = 0; k < 3; k++) {
+        if (by->lo[k] < b->lo[k]) b->lo[k] = by->lo[k];
+        if (by->hi[k] > b->hi[k]) b->hi[k] = by->hi[k];
+    }
+}
+
+/* Of a node and all below it; no deeper than QW_BOX_STACK. */
+static normal_box fill_normals(qw_bvh *bvh, uint32_t node)
+{
+    const qw_box_node *n = &bvh->tree.nodes[node];
+    normal_box b;
+    if (n->count == 0) {
+        normal_box right = fill_normals(bvh, n->first + 1);
+        b = fill_normals(bvh, n->first), widen(&b, &right);
+    } else {
+        b = box_of_normal(bvh->discs[n->first].normal);
+        for (uint32_t i = n->first + 1; i < n->first + n->count; i++) {
+            normal_box one = box_of_normal(bvh->discs[i].normal);
+            widen(&b, &one);
+        }
+    }
+    return bvh->normals[node] = b;
+}
+
 qw_bvh *qw_bvh_build(qw_env *env, const qw_trimesh *mesh)
 {
     assert(mesh->face_count == 0 || (mesh->position && mesh->corner));
@@ -239,6 +282,8 @@ qw_bvh *qw_bvh_build(qw_env *env, const qw_trimesh *mesh)
     bvh->place = QW_NEW(env, uint32_t, mesh->face_count), bvh->discs = QW_NEW(env, disc, mesh->face_count);
     qw_parallel(env, mesh->face_count, 4096, fill_discs, &f);
     qw_free(env, f.order);
+    bvh->normals = QW_NEW(env, normal_box, 2 * (size_t)mesh->face_count);
+    if (mesh->face_count > 0) fill_normals(bvh, 0);
     return bvh;
 }
 
@@ -298,6 +343,22 @@ static bool is_inside(const qw_box_tree *t, const qw_bvh_pocket *pocket, qw_vec3
     return room > 0 && qw_length2(qw_sub(point, pocket->centre)) * 1.00001f < room * room;
 }
 
+/* Whether any face of a node may have a normal as the query wants it; rounding allowed for. */
+static inline bool may_agree(const normal_box *b, const qw_bvh_query *q)
+{
+    float most = fmaxf((float)b->lo[0] * q->normal.x, (float)b->hi[0] * q->normal.x) +
+                 fmaxf((float)b->lo[1] * q->normal.y, (float)b->hi[1] * q->normal.y) +
+                 fmaxf((float)b->lo[2] * q->normal.z, (float)b->hi[2] * q->normal.z);
+    return most >= STEEPEST * (q->least_dot - 1e-4f);
+}
+
+/* The squared distance to the box of a node, or beyond all where no normal in it agrees. */
+static inline float key_of(const qw_bvh *bvh, uint32_t node, const qw_bvh_query *q, bool test_normal)
+{
+    if (test_normal && !may_agree(&bvh->normals[node], q)) return INFINITY;
+    return box_distance2(&bvh->tree.nodes[node], q->point);
+}
+
 qw_hit qw_bvh_find(const qw_bvh *bvh, const qw_bvh_query *q, const qw_bvh_pocket *pocket)
 {
     assert(q->max_distance >= 0);
@@ -322,10 +383,10 @@ qw_hit qw_bvh_find(const qw_bvh *bvh, const qw_bvh_query *q, const qw_bvh_pocket
             at = best.distance2 < q->enough2 ? QW_NONE : pop(&todo, reach(t, best.distance2));
             continue;
         }
-        const qw_box_node *pair = &t->nodes[n->first];
-        at = choose(&todo, n->first, box_distance2(pair, point), box_distance2(pair + 1, point),
-                    reach(t, best.distance2));
-        if (at == QW_NONE) at = pop(&todo, reach(t, best.distance2));
+        float limit = fminf(reach(t, best.distance2), FLT_MAX);
+        at = choose(&todo, n->first, key_of(bvh, n->first, q, test_normal), key_of(bvh, n->first + 1, q, test_normal),
+                    limit);
+        if (at == QW_NONE) at = pop(&todo, limit);
     }
     return best;
 }

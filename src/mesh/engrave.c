@@ -225,6 +225,14 @@ static bool walk_between(graver *g, const stop *from, const stop *to)
     return false;
 }
 
+/* Whether all links are still edges: a later one may have split an earlier one. */
+static bool has_links(const graver *g)
+{
+    for (size_t i = 0; i < g->links; i++)
+        if (qw_edit_between(&g->e, g->chain[2 * i], g->chain[2 * i + 1]) == QW_NONE) return false;
+    return true;
+}
+
 /* One step by way of so many stops. Marks nothing where one of them cannot be reached. */
 static bool draw_in(graver *g, uint32_t pieces, const stop *from, const stop *to, const qw_vec3 *normal)
 {
@@ -236,6 +244,7 @@ static bool draw_in(graver *g, uint32_t pieces, const stop *from, const stop *to
         if (!walk_between(g, &now, &next)) return false;
         now = next;
     }
+    if (!has_links(g)) return false;
     for (size_t i = 0; i < g->links; i++) mark_edge(g, qw_edit_between(&g->e, g->chain[2 * i], g->chain[2 * i + 1]));
     return true;
 }

@@ -90,14 +90,16 @@ static bool is_alone(const qw_flip_judge *j, const qw_vec3 *p, const uint32_t *c
 {
     assert(j->surface && j->tree);
     float all = 0, agreed = 0, reach = l->reach * j->edge, sliver_patch = l->sliver_patch * j->edge * j->edge;
+    uint32_t hint = QW_NONE;
     for (uint32_t t = 0; t < count; t++) all += qw_length(qw_triangle_cross(p, corner + 3 * t));
     for (uint32_t t = 0; t < count; t++) {
         const uint32_t *c = corner + 3 * t;
         qw_vec3 cross = qw_triangle_cross(p, c), normal = qw_normalize(cross);
         for (int k = 0; k < POINTS; k++) {
             qw_vec3 point = point_in(p, c, k);
-            qw_hit hit = find_nearest(j, point, normal, QW_FLIP_AGREES, reach, QW_NONE);
+            qw_hit hit = find_nearest(j, point, normal, QW_FLIP_AGREES, reach, hint);
             if (hit.face == QW_NONE) continue;
+            hint = hit.face;
             if (sliver_patch > 0 &&
                 !is_more_than_sliver_patch(j->surface, hit.face, point, normal, reach, sliver_patch))
                 continue;

@@ -142,6 +142,7 @@ void qw_judge(const qw_run_state *run, qw_stage finished, qw_rounds *rounds, qw_
     case QW_STAGE_INVERSIONS:
         j->verdict.inverted = run->inverted + run->irregular;
         j->verdict.stiffening_changes_nothing = run->stiffening_changes_nothing;
+        j->verdict.is_crowded = run->is_crowded;
         break;
     case QW_STAGE_REPAIR:
         if (run->options.repair) judge_topology(run, j);

@@ -125,7 +125,7 @@ static qw_step refine(const qw_history *h, qw_retry cause, uint32_t best)
 static qw_step after_repair(const qw_history *h)
 {
     const qw_verdict *v = &current(h)->verdict;
-    if (h->request.repairs && !qw_is_too_few(&h->request) && v->topology_lost && v->places > 0 &&
+    if (h->request.repairs && !qw_is_too_few(&h->request) && v->topology_lost && v->places > 0 && !v->is_crowded &&
         has_use(h, QW_RETRY_TOPOLOGY, 0))
         return refine(h, QW_RETRY_TOPOLOGY, QW_NO_ATTEMPT);
     return go_on(h->current);
@@ -159,8 +159,8 @@ static uint32_t sizes_begin(const qw_history *h, uint32_t round)
 static bool may_resize(const qw_history *h, uint32_t first)
 {
     const qw_verdict *v = &current(h)->verdict;
-    uint32_t most = h->request.is_closed && v->topology_lost ? QW_SIZE_RETRIES_REBUILT
-                                                             : qw_retry_rows[QW_RETRY_FACE_COUNT].most;
+    bool repairs_decide = h->request.is_closed && (v->topology_lost || v->is_crowded);
+    uint32_t most = repairs_decide ? QW_SIZE_RETRIES_REBUILT : qw_retry_rows[QW_RETRY_FACE_COUNT].most;
     return uses_since(h, QW_RETRY_FACE_COUNT, first) < most;
 }
 
@@ -229,7 +229,8 @@ static uint32_t coverage_retries(const qw_history *h)
 }
 
 /* Where components are rebuilt from triangles, the size of the quads decides little of what is flipped: if less than a
-   quad is uncovered, another round pays only where the last one did. None pays where there are too few quads to make
+   quad is uncovered, another round pays only where the last one did. Where cones cut the surface into more triangles
+   than quads are wanted, it decides little of what is uncovered either. None pays where there are too few quads to make
    some of them smaller. */
 static bool round_is_hopeless(const qw_history *h)
 {
@@ -237,9 +238,10 @@ static bool round_is_hopeless(const qw_history *h)
     for (uint32_t i = 0; i < round_begin(h); i++)
         if (was_judged(&h->attempt[i], QW_STAGE_RELAX)) least = fmin(least, faults(h, i));
     double present = faults(h, h->current);
-    return current(h)->verdict.topology_lost &&
+    const qw_verdict *v = &current(h)->verdict;
+    return (v->topology_lost || v->is_crowded) &&
            (present > QW_HOPELESS_FAULTS * h->request.faces_wanted ||
-            (current(h)->verdict.uncovered < 1 && present > QW_ROUND_GAIN * least));
+            ((v->uncovered < 1 || v->is_crowded) && present > QW_ROUND_GAIN * least));
 }
 
 static qw_step after_relax(const qw_history *h)

@@ -276,7 +276,8 @@ static uint32_t grow(const qw_run_state *run, const qw_quadmesh *quads, const qw
     return count;
 }
 
-/* All at once; where that does not help half as many, those that make most of the outline, and so on. */
+/* All at once; where that does not help half as many, those that make most of the outline, and so on, but not where
+   there are hardly as many quads as cones. */
 uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **flipped, bool marked)
 {
     if (run->faces_wanted < run->core.needed) return 0;
@@ -296,7 +297,7 @@ uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **fl
                 return count;
             }
         }
-        if (tips <= 1) break;
+        if (tips <= 1 || run->is_crowded) break;
     }
     return 0;
 }

@@ -102,7 +102,7 @@ static uint32_t move(exacting *x)
     if (flat != QW_NONE) return 0;
     qw_keep(run->env, moved.position), qw_keep(run->env, output);
     q->position = moved.position, run->output = output;
-    if (run->mirror.is_used) reflect(run);
+    if (run->mirror.is_used && !run->rim) reflect(run); /* strips to rims that stay are no reflections */
     return count;
 }
 

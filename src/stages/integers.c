@@ -200,7 +200,7 @@ void qw_stage_REGULAR(qw_run_state *run)
     run->curve_outcome = QW_NEW(run->env, uint8_t, 3 * (size_t)run->regular.face_count);
     memcpy(run->curve_outcome, run->curve_verdict, 3 * (size_t)run->regular.face_count);
     qw_regular_counts c;
-    run->stiffening_changes_nothing = 0;
+    run->stiffening_changes_nothing = run->is_crowded = 0;
     if (qw_is_closed_flow(&run->options)) {
         /* where rho was raised, as the component is long and thin, fewer quads fit; repairs make up for the others */
         double fit = qw_in_quads(run, run->core.area),
@@ -213,6 +213,7 @@ void qw_stage_REGULAR(qw_run_state *run)
                                  .verdict = run->curve_outcome};
         qw_quantise_counts counts = qw_quantise(run->env, &run->regular, &wish);
         c = counts.regular;
+        run->is_crowded = counts.decimated_faces > wish.quads;
         /* where integers invert triangles of the decimated complex, a stiffer surface leads to the same integers,
            unless lines ran together over whole faces */
         run->stiffening_changes_nothing = counts.inverted > 0 && counts.squeezed < MUCH_SQUEEZED &&

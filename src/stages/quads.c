@@ -90,7 +90,8 @@ void qw_stage_RELAX(qw_run_state *run)
     run->grown = 0;
     if (run->options.relax) {
         run->relaxed = qw_relax(run, &quads, NULL, &run->flipped);
-        if (run->options.repair) run->grown = qw_grow_protrusions(run, &run->relaxed, &run->flipped, false);
+        if (run->options.repair && !run->is_crowded)
+            run->grown = qw_grow_protrusions(run, &run->relaxed, &run->flipped, false);
     } else {
         run->relaxed = quads;
         run->flipped = QW_NEW_ZERO(run->env, uint8_t, quads.face_count);
