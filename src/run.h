@@ -117,8 +117,9 @@ typedef struct qw_run_state {
     /* POSITION */
     qw_vec3 *lattice;
     /* REGULAR */
-    uint8_t *curve_outcome;              /* curve_verdict, with those that the integers have not kept */
-    uint32_t is_crowded;                 /* flag: the decimated complex has more triangles than quads are wanted */
+    uint8_t *curve_outcome; /* curve_verdict, with those that the integers have not kept */
+    uint32_t
+        is_crowded; /* flag: the decimated complex has more triangles than quads are wanted, or lines run together */
     uint32_t stiffening_changes_nothing; /* flag: stiffer triangles would be flattened to the same integers */
     int64_t irregular;                   /* triangles that break Eq. (3): the paper's flows may leave some */
     /* INVERSIONS */
