@@ -1,0 +1,118 @@
+"""An asset beside Blender's own way to one (Smart UV Project, Cycles' bake from the input), on the same quads, and both beside the input: rendered
+by Cycles from the same place. Mean difference of the pictures, of 255, where both show the surface.
+
+usage: asset_render.py QUADWRIGHT FOLDER MESH.obj...   (needs Debian's blender and numpy; pictures and a table come to FOLDER)"""
+import json, pathlib, subprocess, sys, time
+
+TEXELS, FACES = 1024, 3000
+SCENE = """
+import numpy; numpy.bool = bool  # Debian's glTF importer
+import bpy, mathutils, sys, time, json
+source, quads, asset, folder, name = sys.argv[sys.argv.index('--') + 1:]
+bpy.ops.wm.read_factory_settings(use_empty=True)
+scene = bpy.context.scene
+scene.render.engine, scene.cycles.samples, scene.cycles.use_denoising = 'CYCLES', 16, False
+scene.render.film_transparent = True
+scene.render.resolution_x = scene.render.resolution_y = 512
+scene.view_settings.view_transform = 'Standard'
+
+def load(path):
+    before = set(bpy.data.objects)
+    if path.endswith('.glb'): bpy.ops.import_scene.gltf(filepath=path)
+    elif path.endswith('.obj'): bpy.ops.wm.obj_import(filepath=path, forward_axis='NEGATIVE_Z', up_axis='Y')
+    made = [o for o in bpy.data.objects if o not in before and o.type == 'MESH']
+    for p in made[0].data.polygons: p.use_smooth = True
+    return made[0]
+
+def plain(o):
+    m = bpy.data.materials.new('plain'); m.use_nodes = True
+    m.node_tree.nodes['Principled BSDF'].inputs['Base Color'].default_value = (0.8, 0.8, 0.8, 1)
+    m.node_tree.nodes['Principled BSDF'].inputs['Roughness'].default_value = 1
+    o.data.materials.clear(); o.data.materials.append(m)
+    return m
+
+def only(o):
+    for other in bpy.data.objects:
+        if other.type == 'MESH': other.hide_render = other is not o
+    for other in bpy.data.objects: other.select_set(other is o)
+    bpy.context.view_layer.objects.active = o
+
+def with_normals(m, image):
+    n = m.node_tree.nodes; t = n.new('ShaderNodeTexImage'); t.image = image
+    k = n.new('ShaderNodeNormalMap')
+    m.node_tree.links.new(t.outputs['Color'], k.inputs['Color'])
+    m.node_tree.links.new(k.outputs['Normal'], n['Principled BSDF'].inputs['Normal'])
+    n.active = t
+    return t
+
+whole, bare, ours = load(source), load(quads), load(asset)
+plain(whole)
+m = plain(bare)
+only(bare)
+bpy.ops.object.mode_set(mode='EDIT'); bpy.ops.mesh.select_all(action='SELECT')
+bpy.ops.uv.smart_project(island_margin=0.004); bpy.ops.object.mode_set(mode='OBJECT')
+image = bpy.data.images.new('normals', TEXELS, TEXELS); image.colorspace_settings.name = 'Non-Color'
+t = with_normals(m, image)
+for link in list(m.node_tree.links):
+    if link.to_socket.name == 'Normal': m.node_tree.links.remove(link)
+whole.hide_render = False; whole.select_set(True); bpy.context.view_layer.objects.active = bare
+size = max(whole.dimensions)
+begin = time.time()
+scene.cycles.samples = 4
+bpy.ops.object.bake(type='NORMAL', use_selected_to_active=True, cage_extrusion=0.02 * size, max_ray_distance=0.04 * size, margin=4)
+baked = time.time() - begin
+scene.cycles.samples = 48
+k = [n for n in m.node_tree.nodes if n.type == 'NORMAL_MAP'][0]
+m.node_tree.links.new(k.outputs['Normal'], m.node_tree.nodes['Principled BSDF'].inputs['Normal'])
+baked_map = next((n.image for n in ours.data.materials[0].node_tree.nodes if n.type == 'TEX_IMAGE' and n.image.colorspace_settings.name == 'Non-Color'), None)
+b = ours.data.materials[0].node_tree.nodes['Principled BSDF']
+for link in list(ours.data.materials[0].node_tree.links):
+    if link.to_socket.name in ('Base Color', 'Roughness', 'Metallic'): ours.data.materials[0].node_tree.links.remove(link)
+b.inputs['Base Color'].default_value, b.inputs['Roughness'].default_value, b.inputs['Metallic'].default_value = (0.8, 0.8, 0.8, 1), 1, 0
+corners = [whole.matrix_world @ mathutils.Vector(c) for c in whole.bound_box]
+middle = sum(corners, mathutils.Vector()) / 8
+radius = max((c - middle).length for c in corners)
+camera = bpy.data.objects.new('c', bpy.data.cameras.new('c')); scene.collection.objects.link(camera); scene.camera = camera
+camera.data.clip_end = 100 * radius; camera.data.clip_start = 0.01 * radius
+away = mathutils.Vector((0.5, -1, 0.35)).normalized()
+camera.location = middle + away * 2.6 * radius; camera.rotation_euler = away.to_track_quat('Z', 'Y').to_euler()
+sun = bpy.data.objects.new('s', bpy.data.lights.new('s', 'SUN')); scene.collection.objects.link(sun)
+sun.data.energy = 2; sun.rotation_euler = (away + mathutils.Vector((0.3, 0, 0.6))).to_track_quat('Z', 'Y').to_euler()
+scene.world = bpy.data.worlds.new('w'); scene.world.use_nodes = True
+scene.world.node_tree.nodes['Background'].inputs[1].default_value = 0.3
+pixels = {}
+for what, o in (('input', whole), ('blender', bare), ('ours', ours)):
+    only(o)
+    scene.render.filepath = f'{folder}/{name}-{what}.png'
+    bpy.ops.render.render(write_still=True)
+    i = bpy.data.images.load(scene.render.filepath); a = numpy.empty(len(i.pixels), numpy.float32); i.pixels.foreach_get(a)
+    pixels[what] = a.reshape(-1, 4)
+told = {'bake_s': baked}
+for what in ('blender', 'ours'):
+    both = (pixels['input'][:, 3] == 1) & (pixels[what][:, 3] == 1)
+    told[what] = float(numpy.abs(pixels['input'][both, :3] - pixels[what][both, :3]).mean() * 255)
+open(f'{folder}/{name}.json', 'w').write(json.dumps(told))
+"""
+
+
+def main(program, folder, *meshes):
+    folder = pathlib.Path(folder).resolve()
+    folder.mkdir(exist_ok=True)
+    script = folder / "scene.py"
+    script.write_text(SCENE.replace("TEXELS", str(TEXELS)))
+    print("| mesh | ours: difference | Blender: difference | ours: s | Blender's bake: s |\n|---|---|---|---|---|")
+    for mesh in meshes:
+        name = pathlib.Path(mesh).stem
+        quads, asset = str(folder / f"{name}-quads.obj"), str(folder / f"{name}.glb")
+        subprocess.run([program, mesh, "-o", quads, "--faces", str(FACES), "--no-attributes", "-q"], check=True)
+        begin = time.time()
+        subprocess.run([program, "asset", mesh, "-o", asset, "--faces", str(FACES), "--texture", str(TEXELS), "--bake", "normal", "-q"], check=True)
+        took = time.time() - begin
+        with open(folder / f"{name}.log", "w") as log:
+            subprocess.run(["blender", "-b", "-P", str(script), "--", mesh, quads, asset, str(folder), name], stdout=log, stderr=log)
+        told = json.loads((folder / f"{name}.json").read_text())
+        print(f"| {name} | {told['ours']:.2f} | {told['blender']:.2f} | {took:.1f} | {told['bake_s']:.1f} |", flush=True)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
