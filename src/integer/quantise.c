@@ -1,13 +1,11 @@
 #include "integer/quantise.h"
 
 #include "base/constants.h"
-#include "base/promise.h"
 #include "base/sets.h"
 #include "integer/closed.h"
 #include "integer/flatten.h"
 #include "integer/search.h"
 #include "integer/narrow_bands.h"
-#include "integer/touching.h"
 #include "integer/acute_corners.h"
 
 #include <assert.h>
@@ -22,13 +20,6 @@ static const double LEAST_AREA = 0.25;
 /* Edges of the quads around a hole (keep_loops_open). The weight is the largest that qw_complex_weigh gives. */
 static const double LOOP_EDGES = 4;
 static const float LOOP_WEIGHT = 3;
-
-/* MOST_APART: larger complexes, in edges, skip the second search, which keeps curves apart. */
-enum { MOST_APART = 4000 };
-/* APART_SHARE: the second search is accepted if at most this share of the contacts remains. MOST_TOUCHING: it is
-   skipped above this many contacts a quad, as each takes a row of quads, and it would find nothing in ten times the
-   time. */
-static const double APART_SHARE = 0.25, MOST_TOUCHING = 0.25;
 
 static double twice_area(unsigned rot_a, qw_real2 a, unsigned rot_b, qw_real2 b)
 {
@@ -116,30 +107,6 @@ static void take_sizes(qw_offset_mesh *m, const qw_components *components, const
     for (uint32_t v = 0; v < m->vertex_count; v++) m->size[v] /= (float)scale[components->of_vertex[v]];
 }
 
-/* Searches once more where curves touch, now with the signs that keep them apart. That is taken where most of it is
-   mended for no more other faults: more curves than there are rows of quads for cannot be kept apart. */
-static void keep_apart(qw_env *env, qw_components *components, qw_search_wish wish, qw_int2 *d, qw_search_result *found)
-{
-    uint32_t edges = 0;
-    for (uint32_t p = 0; p < components->count; p++) edges += components->component[p].decimated.complex.edge_count;
-    if (edges > MOST_APART || found->touching > MOST_TOUCHING * wish.quads) return;
-    for (uint32_t p = 0; p < components->count; p++) qw_set_signs(env, &components->component[p]);
-    wish.apart = true;
-    qw_int2 *other = QW_NEW(env, qw_int2, edges);
-    qw_search_result again = qw_search_integers(env, components, &wish, other);
-    double off = fabs(found->area - wish.quads), now = fabs(again.area - wish.quads),
-           bound = wish.quads * QW_COUNT_MARGIN * qw_count_tolerance(wish.quads, wish.times);
-    qw_log(env, QW_LOG_DEBUG,
-           "curves touch %u times, %u with signs; %u and %u inverted, %u and %u vanish; %.0f and %.0f of %.0f quads",
-           found->touching, again.touching, found->inverted, again.inverted, found->collapsed, again.collapsed,
-           found->area, again.area, wish.quads);
-    if (again.touching > APART_SHARE * found->touching || again.inverted > found->inverted ||
-        again.collapsed > found->collapsed || now > fmax(off, bound))
-        return;
-    *found = again;
-    memcpy(d, other, edges * sizeof *d);
-}
-
 qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, const qw_quantise_wish *asked)
 {
     double quads = asked->quads;
@@ -168,7 +135,6 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, const qw_quantise
     for (uint32_t p = 0; p < components.count; p++) keep_loops_open(env, &components.component[p], wish.size);
     qw_int2 *d = QW_NEW(env, qw_int2, s.complex.edge_count);
     qw_search_result found = qw_search_integers(env, &components, &wish, d);
-    if (found.touching > 0) keep_apart(env, &components, wish, d, &found);
     qw_progress(env, 0.6);
     qw_decimated_expand(&s, d, m->d);
     release_moved(m);

@@ -1,11 +1,20 @@
 #include "integer/search.h"
 
+#include "base/promise.h"
 #include "integer/search_count.h"
 #include "integer/search_curves.h"
 #include "integer/search_sizes.h"
 #include "integer/touching.h"
 
 #include <assert.h>
+#include <math.h>
+
+/* MOST_APART: larger complexes, in edges, skip the second search, which keeps curves apart. */
+enum { MOST_APART = 4000 };
+/* APART_SHARE: the second search is accepted if at most this share of the contacts remains. MOST_TOUCHING: it is
+   skipped above this many contacts a quad, as each takes a row of quads, and it would find nothing in ten times the
+   time. */
+static const double APART_SHARE = 0.25, MOST_TOUCHING = 0.25;
 
 static void add_counts(qw_regular_counts *sum, const qw_regular_counts *c)
 {
@@ -33,18 +42,58 @@ static void gather(qw_env *env, const qw_search *s, qw_search_result *result, qw
     result->inverted = (uint32_t)s->sum.inverted, result->collapsed = (uint32_t)s->sum.collapsed;
 }
 
-qw_search_result qw_search_integers(qw_env *env, const qw_components *components, const qw_search_wish *wish,
-                                    qw_int2 *d)
+/* Integers without regard to lines: what sizes, moves, noise and, where the wish says so, parting of curves find. */
+static qw_search choose_integers(qw_env *env, qw_components *components, const qw_search_wish *wish, uint32_t *tries)
 {
-    assert(wish->quads > 0 && wish->size > 0 && wish->cut && d);
-    qw_search_result result = {.scale = QW_NEW(env, double, components->count)};
-    qw_scope_begin(env);
     qw_search s = qw_search_begin(env, components, wish);
     qw_search_sizes(env, &s);
     qw_search_other_sizes(env, &s);
     qw_search_moves(env, &s);
-    result.tries = qw_search_noise(env, &s);
+    *tries += qw_search_noise(env, &s);
     qw_search_part_curves(env, &s);
+    return s;
+}
+
+static uint32_t count_touching(qw_env *env, const qw_search *s)
+{
+    uint32_t sum = 0;
+    for (uint32_t p = 0; p < s->components->count; p++)
+        sum += qw_count_touching(env, &s->components->component[p], s->kept[p].d);
+    return sum;
+}
+
+/* Searches once more where curves touch, now with the signs that keep them apart. That is taken where most of it is
+   mended for no more other faults: more curves than there are rows of quads for cannot be kept apart. */
+static void keep_apart(qw_env *env, qw_components *components, qw_search *s, uint32_t *tries)
+{
+    double quads = s->wish.quads;
+    uint32_t touching = s->edges > MOST_APART ? 0 : count_touching(env, s);
+    if (touching == 0 || touching > MOST_TOUCHING * quads) return;
+    for (uint32_t p = 0; p < components->count; p++) qw_set_signs(env, &components->component[p]);
+    qw_search_wish wish = s->wish;
+    wish.apart = true;
+    qw_search other = choose_integers(env, components, &wish, tries);
+    uint32_t left = count_touching(env, &other);
+    double off = fabs(s->sum.area - quads), now = fabs(other.sum.area - quads),
+           bound = quads * QW_COUNT_MARGIN * qw_count_tolerance(quads, wish.times);
+    qw_log(env, QW_LOG_DEBUG,
+           "curves touch %u times, %u with signs; %u and %u inverted, %u and %u vanish; %.0f and %.0f of %.0f quads",
+           touching, left, (unsigned)s->sum.inverted, (unsigned)other.sum.inverted, (unsigned)s->sum.collapsed,
+           (unsigned)other.sum.collapsed, s->sum.area, other.sum.area, quads);
+    if (left <= APART_SHARE * touching && other.sum.inverted <= s->sum.inverted &&
+        other.sum.collapsed <= s->sum.collapsed && now <= fmax(off, bound))
+        *s = other;
+    else
+        for (uint32_t p = 0; p < components->count; p++) components->component[p].decimated.complex.at_least = NULL;
+}
+
+qw_search_result qw_search_integers(qw_env *env, qw_components *components, const qw_search_wish *wish, qw_int2 *d)
+{
+    assert(wish->quads > 0 && wish->size > 0 && wish->cut && d);
+    qw_search_result result = {.scale = QW_NEW(env, double, components->count)};
+    qw_scope_begin(env);
+    qw_search s = choose_integers(env, components, wish, &result.tries);
+    keep_apart(env, components, &s, &result.tries);
     result.meetings = qw_search_meet(env, &s);
     gather(env, &s, &result, d);
     qw_scope_end(env);
