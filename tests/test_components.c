@@ -91,7 +91,7 @@ static void components_do_as_well_as_the_whole(void **state)
         .decimated = s.decimated, .vertex_count = s.m.vertex_count, .edge = QW_NEW(env, uint32_t, c.edge_count)};
     as_one.decimated.complex.weight = QW_NEW(env, float, c.edge_count);
     for (uint32_t e = 0; e < c.edge_count; e++) as_one.edge[e] = e, as_one.decimated.complex.weight[e] = 1;
-    const qw_components one = {1, &as_one, NULL};
+    qw_components one = {1, &as_one, NULL};
     double cut[COMBS] = {0}, area = 0;
     for (uint32_t h = 0; h < 3 * c.face_count; h += 3) {
         qw_real2 a = qw_turn_real(c.rot[h], c.real[c.edge[h]]), b = qw_turn_real(c.rot[h + 1], c.real[c.edge[h + 1]]);

@@ -473,7 +473,7 @@ static void corner_of_a_cube(void **state)
     for (int64_t faces = 4000; faces <= 10000; faces += 6000) {
         qw_result *result = remeshed(&s, faces);
         const qw_report *report = qw_result_report(result);
-        assert_int_equal(report->attempts, 0);
+        assert_true(report->attempts <= 1);
         assert_true(report->topology.irregular <= 12);
         qw_result_destroy(result);
     }

@@ -172,15 +172,19 @@ qw_trimesh qw_without_long_edges(qw_env *env, const qw_trimesh *m, float longest
     return cut;
 }
 
-/* Width of the cells, in mean edges of the quads; no edge of the surface is longer, or what lies between its ends would
-   not be seen. The faces of a surface cut so are at most so many for each cell, and as many as before. */
-static const double CELL = 0.45;
+/* Width of the cells, in mean edges of the quads, up to FEW quads; then it grows by the fourth root of their number, up
+   to MANY times as many: what is to be seen then is many quads large. No edge of the surface is longer, or what lies
+   between its ends would not be seen. The faces of a surface cut so are at most so many for each cell, and as many as
+   before. */
+static const double CELL = 0.45, FEW = 3000, MANY = 5;
 enum { FACES_A_CELL = 32 };
 
 qw_surface_cells qw_cells_of_surface(qw_env *env, const qw_trimesh *m, double edge)
 {
     assert(edge > 0);
-    double width = CELL * edge, most = m->face_count + FACES_A_CELL * fmin(qw_trimesh_area(m) / (width * width), 1e7);
+    double area = qw_trimesh_area(m), more = fmin(fmax(area / (edge * edge) / FEW, 1), MANY),
+           width = CELL * edge * sqrt(sqrt(more)),
+           most = m->face_count + FACES_A_CELL * fmin(area / (width * width), 1e7);
     qw_surface_cells s = {.mesh = qw_without_long_edges(env, m, (float)width, (uint32_t)fmin(most, QW_NONE / 8))};
     s.cells = qw_cells_of_mesh(env, &s.mesh, (float)width);
     return s;

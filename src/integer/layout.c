@@ -25,6 +25,7 @@ qw_layout qw_layout_make(qw_env *env, uint32_t faces)
     l.number = QW_NEW_ZERO(env, uint32_t, 3 * (size_t)faces);
     l.valence = QW_NEW(env, uint32_t, vertices), l.held = QW_NEW(env, uint32_t, vertices);
     l.is_end = QW_NEW(env, uint8_t, vertices);
+    l.crossing = QW_NEW(env, qw_crossing, 3 * (size_t)faces);
     return l;
 }
 
@@ -197,16 +198,24 @@ void qw_layout_number(qw_layout *l)
         if (l->valence[l->corner[h]] == QW_NONE) number_vertex(l, l->corner[h], h);
 }
 
+static void note_crossings(qw_layout *l)
+{
+    const qw_complex *c = &l->complex;
+    for (uint32_t h = 0; h < 3 * c->face_count; h++) {
+        uint32_t t = qw_across(c, h);
+        l->crossing[h] = (qw_crossing){qw_steps_along(c, h), t, t == QW_NONE ? 0 : qw_turn_across(c, 0, h, t)};
+    }
+}
+
 /* Cones, and what edges without length join to them. */
 static void find_ends(qw_layout *l)
 {
-    const qw_complex *c = &l->complex;
     for (uint32_t v = 0; v < l->vertex_count; v++) l->is_end[v] = l->valence[v] > 0;
     bool more = true;
     for (int hops = 0; hops < MOST_HOPS && more; hops++) {
         more = false;
-        for (uint32_t h = 0; h < 3 * c->face_count; h++) {
-            if (!qw_int2_is_zero(c->d[c->edge[h]])) continue;
+        for (uint32_t h = 0; h < 3 * l->complex.face_count; h++) {
+            if (!qw_int2_is_zero(l->crossing[h].steps)) continue;
             uint32_t v = l->corner[h], w = l->corner[qw_next(h)];
             if (l->is_end[v] != l->is_end[w]) l->is_end[v] = l->is_end[w] = 1, more = true;
         }
@@ -217,20 +226,20 @@ static void find_ends(qw_layout *l)
    that is no cone on the right. */
 static int32_t line_length(const qw_layout *l, uint32_t start, unsigned quarter, int32_t most)
 {
-    const qw_complex *c = &l->complex;
+    const qw_crossing *crossing = l->crossing;
     unsigned turn = (4u - quarter) & 3u;
-    qw_int2 right = qw_turn(turn, qw_steps_along(c, start)),
-            left = qw_turn((turn + 2u) & 3u, qw_steps_along(c, qw_prev(start)));
+    qw_int2 right = qw_turn(turn, crossing[start].steps),
+            left = qw_turn((turn + 2u) & 3u, crossing[qw_prev(start)].steps);
     if (right.y == 0 && right.x > 0 && l->is_end[l->corner[qw_next(start)]]) return right.x < most ? right.x : most;
     uint32_t h = qw_next(start);
     for (uint32_t crossed = 0; crossed < MOST_CROSSED && (right.x < most || left.x < most); crossed++) {
-        uint32_t t = qw_across(c, h);
+        uint32_t t = crossing[h].twin;
         if (t == QW_NONE) {
             int32_t x = right.x > left.x ? right.x : left.x;
             return x < 1 ? 1 : x < most ? x : most;
         }
-        turn = qw_turn_across(c, turn, h, t);
-        qw_int2 apex = qw_int2_add(right, qw_turn(turn, qw_steps_along(c, qw_next(t))));
+        turn = (turn + crossing[h].turn) & 3u;
+        qw_int2 apex = qw_int2_add(right, qw_turn(turn, crossing[qw_next(t)].steps));
         if (apex.y == 0 && apex.x > 0 && l->is_end[l->corner[qw_prev(t)]]) return apex.x < most ? apex.x : most;
         if (apex.y > 0) left = apex, h = qw_next(t);
         else right = apex, h = qw_prev(t);
@@ -251,8 +260,8 @@ static int64_t measure_corner(const qw_layout *l, uint32_t h, unsigned beyond, i
     for (unsigned i = 0; i <= by + 2 * beyond; i++) {
         unsigned quarter = (first + 4u + i - beyond) & 3u, turn = (4u - quarter) & 3u;
         int32_t *to = &length[(l->number[h] + valence + i - beyond) % valence];
-        qw_int2 right = qw_turn(turn, qw_steps_along(c, h)),
-                left = qw_turn((turn + 2u) & 3u, qw_steps_along(c, qw_prev(h)));
+        qw_int2 right = qw_turn(turn, l->crossing[h].steps),
+                left = qw_turn((turn + 2u) & 3u, l->crossing[qw_prev(h)].steps);
         if (*to < 0 && right.y <= 0 && left.y > 0) sum += *to = line_length(l, h, quarter, most);
     }
     return sum;
@@ -261,6 +270,7 @@ static int64_t measure_corner(const qw_layout *l, uint32_t h, unsigned beyond, i
 int64_t qw_layout_measure(qw_layout *l, int32_t most, int64_t most_sum, int32_t *length)
 {
     assert(most >= 0 && length);
+    note_crossings(l);
     find_ends(l);
     for (size_t i = 0; i < QW_MOST_LINES * (size_t)l->vertex_count; i++) length[i] = -1;
     int64_t sum = 0;

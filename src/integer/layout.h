@@ -11,6 +11,13 @@
 
 enum { QW_MOST_LINES = 32 }; /* of a cone; one with more counts as none */
 
+/* What a line needs to know where it crosses a half-edge. */
+typedef struct qw_crossing {
+    qw_int2 steps; /* along the half-edge, in the frame of its triangle */
+    uint32_t twin; /* QW_NONE on the boundary */
+    uint32_t turn; /* quarter turns from the frame of its triangle to the twin's, as of qw_turn_across */
+} qw_crossing;
+
 typedef struct qw_layout {
     qw_complex complex;
     uint32_t *corner; /* uint32_t[3 faces]: the vertex at the tail of the half-edge */
@@ -19,10 +26,11 @@ typedef struct qw_layout {
     qw_decimation_step *step; /* as of qw_decimated, to be taken back from the last */
     uint32_t step_count, step_room;
     /* as qw_layout_number has left it */
-    uint32_t *number;  /* uint32_t[3 faces]: of the quarter turn nearest to the half-edge */
-    uint32_t *valence; /* uint32_t[vertices]: number of lines, 0 where the vertex is no cone */
-    uint32_t *held;    /* uint32_t[vertices]: a bit for each line that a constrained edge runs along */
-    uint8_t *is_end;   /* uint8_t[vertices]: of lines, as there is a cone in the same place; by qw_layout_measure */
+    uint32_t *number;      /* uint32_t[3 faces]: of the quarter turn nearest to the half-edge */
+    uint32_t *valence;     /* uint32_t[vertices]: number of lines, 0 where the vertex is no cone */
+    uint32_t *held;        /* uint32_t[vertices]: a bit for each line that a constrained edge runs along */
+    uint8_t *is_end;       /* uint8_t[vertices]: of lines, as there is a cone in the same place; by qw_layout_measure */
+    qw_crossing *crossing; /* qw_crossing[3 faces], by qw_layout_measure */
 } qw_layout;
 
 /* Room for a layout of so many faces; empty. In the current scope. */

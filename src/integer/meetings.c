@@ -24,7 +24,7 @@ static const double FIRST_REACH = 4;
 enum { IN_VAIN = 250, WORK = 600000, SEARCH = 20, ROOM = 4, NEAREST_WORK = 50000, AT_A_TIME = 64 };
 /* Bytes of a lane: LANE_LEAST and so many a face that there is room for, which has been enough for 88 meshes. Where
    that is more than LANE_MOST there are no lanes. */
-enum { LANE_LEAST = 1 << 20, LANE_A_FACE = 800, LANE_MOST = 1 << 24 };
+enum { LANE_LEAST = 1 << 20, LANE_A_FACE = 900, LANE_MOST = 1 << 24 };
 
 typedef struct search {
     qw_meeting_terms terms;

@@ -131,7 +131,8 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, const qw_quantise
                            .size = sqrt(quads / fmax(fmax(area, least), 1)),
                            .cut = cut_areas(env, m, closed, &components),
                            .loops = asked->loops,
-                           .effort = fmin(1, quads / fmax(s.complex.face_count, 1))};
+                           .effort = fmin(1, quads / fmax(s.complex.face_count, 1)),
+                           .apart = true};
     for (uint32_t p = 0; p < components.count; p++) keep_loops_open(env, &components.component[p], wish.size);
     qw_int2 *d = QW_NEW(env, qw_int2, s.complex.edge_count);
     qw_search_result found = qw_search_integers(env, &components, &wish, d);

@@ -92,8 +92,10 @@ qw_search_result qw_search_integers(qw_env *env, qw_components *components, cons
     assert(wish->quads > 0 && wish->size > 0 && wish->cut && d);
     qw_search_result result = {.scale = QW_NEW(env, double, components->count)};
     qw_scope_begin(env);
-    qw_search s = choose_integers(env, components, wish, &result.tries);
-    keep_apart(env, components, &s, &result.tries);
+    qw_search_wish plain = *wish;
+    plain.apart = false;
+    qw_search s = choose_integers(env, components, &plain, &result.tries);
+    if (wish->apart) keep_apart(env, components, &s, &result.tries);
     result.meetings = qw_search_meet(env, &s);
     gather(env, &s, &result, d);
     qw_scope_end(env);

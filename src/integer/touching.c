@@ -201,7 +201,7 @@ static void sign_lengths(qw_env *env, qw_component *component, const uint8_t *de
         uint32_t h = c->side[2 * e], ends[2] = {corner[h], corner[qw_next(h)]};
         for (int i = 0; i < 2 && c->fixed[e]; i++) {
             uint32_t v = ends[i];
-            if (degree[v] != 2 || component->constraint[v] == QW_VERTEX_CORNER) continue;
+            if (degree[v] != 2 || (component->constraint && component->constraint[v] == QW_VERTEX_CORNER)) continue;
             if (last[v] != QW_NONE) qw_join_sets(chain, last[v], e);
             last[v] = e;
         }
@@ -219,7 +219,6 @@ void qw_set_signs(qw_env *env, qw_component *component)
 {
     qw_complex *c = &component->decimated.complex;
     const uint32_t *corner = component->decimated.corner;
-    assert(component->constraint);
     c->at_least = QW_NEW_ZERO(env, int8_t, 2 * (size_t)c->edge_count);
     qw_scope_begin(env);
     uint8_t *degree = QW_NEW_ZERO(env, uint8_t, component->vertex_count);

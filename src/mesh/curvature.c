@@ -10,10 +10,13 @@
 #include <string.h>
 
 enum {
-    CELL_BITS = 21,       /* a coordinate of a cell */
-    PIECES_A_BUCKET = 1,  /* on the average: every ball looks into 27 */
-    GRAIN = 4096,         /* edges or triangles a block */
-    PIECES_A_QUAD = 32,   /* of area, in a square of the ball's radius: about a hundred in the ball */
+    CELL_BITS = 21,      /* a coordinate of a cell */
+    PIECES_A_BUCKET = 1, /* on the average: every ball looks into 27 */
+    GRAIN = 4096,        /* edges or triangles a block */
+    /* Pieces of area in a square of the ball's radius, of which a ball has about three times as many: where curvature
+       is measured, and where fields follow it. */
+    PIECES_MEASURED = 32,
+    PIECES_FOLLOWED = 8,
     MOST_CUTS = 4096,     /* of one edge or triangle */
     MOST_PIECES = 2000000 /* beyond one a triangle: pieces get larger instead */
 };
@@ -196,11 +199,11 @@ static piece_grid make_pieces(qw_env *env, piece_task *t, uint32_t items, qw_tas
     return g;
 }
 
-static qw_ball_curvature *make_curvature(qw_env *env, piece_task *t, uint32_t edges, double area)
+static qw_ball_curvature *make_curvature(qw_env *env, piece_task *t, uint32_t edges, double area, double pieces)
 {
     qw_ball_curvature *c = QW_NEW_ZERO(env, qw_ball_curvature, 1);
     c->radius = (float)t->radius;
-    t->piece_area = fmax(t->radius * t->radius / PIECES_A_QUAD, area / MOST_PIECES);
+    t->piece_area = fmax(t->radius * t->radius / pieces, area / MOST_PIECES);
     c->edges = make_pieces(env, t, edges, count_edge_pieces, fill_edge_pieces);
     c->areas = make_pieces(env, t, t->mesh->face_count, count_area_pieces, fill_area_pieces);
     return c;
@@ -231,7 +234,7 @@ qw_ball_curvature *qw_ball_curvature_make(qw_env *env, const qw_surface *s, cons
     qw_polygon_edges edges = qw_surface_edges(env, &welded, view);
     uint32_t(*sides)[2] = qw_alloc(env, edges.edge_count, sizeof *sides);
     piece_task t = {.mesh = &s->mesh, .normal = s->normal, .sides = (const uint32_t(*)[2])sides, .radius = radius};
-    return make_curvature(env, &t, pair_sides(&edges, corner, sides), s->area_end[faces - 1]);
+    return make_curvature(env, &t, pair_sides(&edges, corner, sides), s->area_end[faces - 1], PIECES_MEASURED);
 }
 
 qw_ball_curvature *qw_ball_curvature_of(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, qw_ball_edges edges,
@@ -245,7 +248,7 @@ qw_ball_curvature *qw_ball_curvature_of(qw_env *env, const qw_trimesh *mesh, con
         sides[count][0] = h, sides[count++][1] = mesh->twin[h];
     }
     piece_task t = {.mesh = mesh, .normal = normal, .sides = (const uint32_t(*)[2])sides, .radius = radius};
-    return make_curvature(env, &t, count, qw_trimesh_area(mesh));
+    return make_curvature(env, &t, count, qw_trimesh_area(mesh), PIECES_FOLLOWED);
 }
 
 /* ---- tensor */
