@@ -24,6 +24,7 @@ typedef struct qw_plan {
     double size_factor; /* of the wanted edge length everywhere */
     double core_faces;  /* no fewer quads are asked of the core: where so few have no room for both sides of a plane of
                            symmetry */
+    double reserve;     /* quads of the count that are kept for what sticks out, and grow once all others are there */
     qw_strategy strategy;
     qw_effort effort;
     qw_corner_cones cones;

@@ -135,6 +135,7 @@ typedef struct qw_run_state {
     uint32_t topology_kept; /* flag: the repaired quads have the topology of the surface */
     uint8_t *flipped;       /* [relaxed faces]: qw_flip (mesh/flips.h) of each quad */
     uint32_t grown;         /* protrusions that grew in RELAX */
+    double lacking;         /* quads that these would have taken, where room had to be made for them; else 0 */
     /* FINISH */
     qw_quadmesh fitted;
     uint32_t sides_meet; /* flag: without symmetry 1; else: the quads have the topology of the core, and sewn to their
@@ -165,6 +166,9 @@ static inline uint32_t qw_unsplit_faces(const qw_run_state *run)
 {
     return run->coarse.face_count ? run->coarse.face_count : run->finished.face_count;
 }
+
+/* How many quads the core is to have with those that are kept for what sticks out. */
+static inline double qw_faces_with_reserve(const qw_run_state *run) { return run->faces_wanted + run->plan.reserve; }
 
 /* How often the quads of the core are in the result. */
 static inline double qw_times_used(const qw_run_state *run) { return run->mirror.times; }

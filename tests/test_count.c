@@ -35,7 +35,7 @@ static void adds_to_any_count(void **state)
         qw_scope_begin(env);
         qw_quadmesh q = random_quads(env, &r);
         int64_t least = q.face_count + 1 + unit_random(&r, round % 4 ? 12 : 300), most = least + unit_random(&r, 6);
-        qw_quadmesh more = qw_add_quads(env, &q, least, most);
+        qw_quadmesh more = qw_add_quads(env, &q, NULL, least, most);
         unit_assert_kept(env, &q, &more);
         assert_true(more.face_count >= least && more.face_count <= most);
         qw_scope_end(env);
@@ -55,7 +55,7 @@ static void pairs_become_three(void **state)
             for (uint32_t v = 0; v < q.vertex_count; v++)
                 if (q.kind[v] == QW_VERTEX_FREE) q.kind[v] = QW_VERTEX_CURVE;
             int64_t count = q.face_count + more;
-            qw_quadmesh m = qw_add_quads(env, &q, count, count);
+            qw_quadmesh m = qw_add_quads(env, &q, NULL, count, count);
             unit_assert_kept(env, &q, &m);
             assert_int_equal(m.face_count, count);
             qw_scope_end(env);
@@ -123,7 +123,7 @@ static void strips_have_any_count(void **state)
     qw_quadmesh strip = unit_quads(env, 40, 1, false, false), few = qw_remove_chords(env, &strip, NULL, 2, 2);
     unit_assert_kept(env, &strip, &few);
     assert_int_equal(few.face_count, 2);
-    qw_quadmesh many = qw_add_quads(env, &few, 101, 101);
+    qw_quadmesh many = qw_add_quads(env, &few, NULL, 101, 101);
     unit_assert_kept(env, &strip, &many);
     assert_int_equal(many.face_count, 101);
     qw_env_destroy(env);

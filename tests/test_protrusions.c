@@ -156,6 +156,24 @@ static void fewest_quads_are_said(void **state)
     shape_free(&s);
 }
 
+/* Quads for horns are kept before the others are made: these are not drawn out to make room. */
+static void room_for_horns_leaves_no_long_quads(void **state)
+{
+    (void)state;
+    shape ball = horned(6, 0.3, 1.5);
+    for (int64_t faces = 80; faces <= 120; faces += 40) {
+        qw_result *result = remeshed(&ball, faces);
+        const qw_report *report = qw_result_report(result);
+        print_message("%lld quads: %.3f of the area is in long ones, %lld horns lost\n", (long long)faces,
+                      report->long_share, (long long)report->lost_parts);
+        assert_true(report->grown_protrusions > 0 && report->attempts > 0);
+        assert_true(report->long_share < 0.06 && report->lost_parts <= 2);
+        assert_true(llabs((long long)report->topology.faces - faces) <= 0.05 * (double)faces);
+        qw_result_destroy(result);
+    }
+    shape_free(&ball);
+}
+
 /* Two horns of a ball, a third of an edge wide: where the integers leave them out they grow, in the first attempt. */
 static void horns_grow(void **state)
 {
@@ -577,6 +595,7 @@ QW_TEST_SUITE(protrusions)
         cmocka_unit_test_prestate(five_fingers, counts + 2),
         cmocka_unit_test_prestate(five_fingers, counts + 3),
         cmocka_unit_test(few_quads_keep_horns),
+        cmocka_unit_test(room_for_horns_leaves_no_long_quads),
         cmocka_unit_test(long_strip),
         cmocka_unit_test(pyramid_is_met),
         cmocka_unit_test(roofs_stand),

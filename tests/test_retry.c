@@ -256,6 +256,31 @@ static void crowds_of_cones_end_early(void **state)
          {SIMPLIFY(.faces = 1700, .is_crowded = 1), QW_NO_RETRY, 2});
 }
 
+/* Where room for protrusions left long quads or not all of them, they grow out of fewer quads, once; the attempt that
+   leaves less is taken, and later rounds keep the quads for them. */
+static void protrusions_grow_out_of_fewer_quads(void **state)
+{
+    (void)state;
+    const qw_verdict bad = {.lacking = 200, .misshapen = 60};
+    qw_history h = PLAY(USUAL, {QW_STAGE_RELAX, bad, QW_RETRY_PROTRUSIONS, 0},
+                        {RELAX(.misshapen = 10), QW_NO_RETRY, 1});
+    assert_true(last_plan(&h)->reserve == 200 && last_plan(&h)->size_factor == 1);
+    PLAY(USUAL, {QW_STAGE_RELAX, bad, QW_RETRY_PROTRUSIONS, 0}, {RELAX(.misshapen = 60), QW_NO_RETRY, 0});
+    h = PLAY(USUAL, {QW_STAGE_RELAX, bad, QW_RETRY_PROTRUSIONS, 0},
+             {RELAX(.lacking = 20, .misshapen = 50, .flipped = 4, .places = 1), QW_RETRY_COVERAGE, 1},
+             {RELAX(.misshapen = 50), QW_NO_RETRY, 2});
+    assert_true(last_plan(&h)->reserve == 200 && last_plan(&h)->refinements == 1);
+    h = PLAY(USUAL, {RELAX(.lacking = 700, .misshapen = 60), QW_RETRY_PROTRUSIONS, 0});
+    assert_true(last_plan(&h)->reserve == 400);
+    PLAY(USUAL, {RELAX(.lacking = 200, .misshapen = 20), QW_NO_RETRY, 0}); /* hardly any */
+    PLAY(USUAL, {RELAX(.misshapen = 60), QW_NO_RETRY, 0});                 /* not for lack of room */
+    PLAY(USUAL, {RELAX(.lacking = 9, .misshapen = 1000), QW_NO_RETRY, 0}); /* the count is off */
+    qw_request needed = USUAL, bare = USUAL;
+    needed.faces_needed = 900, bare.repairs = 0;
+    PLAY(needed, {QW_STAGE_RELAX, bad, QW_NO_RETRY, 0});
+    PLAY(bare, {QW_STAGE_RELAX, bad, QW_NO_RETRY, 0});
+}
+
 /* A round begins with the size that the last one found, and may look for it again. */
 static void a_round_looks_for_its_own_size(void **state)
 {
@@ -281,6 +306,8 @@ static qw_verdict random_verdict(uint64_t *seed)
                         .has_corner_cones = random_below(seed, 2),
                         .uncovered = random_below(seed, 20),
                         .flipped = random_below(seed, 20),
+                        .lacking = random_below(seed, 3) ? 0 : random_below(seed, 300),
+                        .misshapen = random_below(seed, 100),
                         .places = random_below(seed, 200),
                         .sides_apart = random_below(seed, 2),
                         .count_off = random_below(seed, 2)};
@@ -410,6 +437,7 @@ QW_TEST_SUITE(retry)
         cmocka_unit_test(the_best_round_is_taken),
         cmocka_unit_test(rounds_are_bounded),
         cmocka_unit_test(crowds_of_cones_end_early),
+        cmocka_unit_test(protrusions_grow_out_of_fewer_quads),
         cmocka_unit_test(a_round_looks_for_its_own_size),
         cmocka_unit_test(sides_apart_ask_for_room_and_planes),
         cmocka_unit_test(the_rows_are_all_the_causes),

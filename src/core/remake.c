@@ -55,8 +55,8 @@ static void count_quads(remaking *m)
     m->left = QW_NEW(m->run->env, uint8_t, m->parts.count);
     memset(m->left, 1, m->parts.count);
     for (uint32_t f = 0; f < q->face_count; f++) m->count[q->component[q->corner[4 * f]]]++;
-    int64_t most = qw_most_faces(m->run->faces_wanted, 1, qw_times_used(m->run));
-    int64_t least = qw_least_faces(m->run->faces_wanted, 1, qw_times_used(m->run));
+    int64_t most = qw_most_faces(qw_faces_with_reserve(m->run), 1, qw_times_used(m->run));
+    int64_t least = qw_least_faces(qw_faces_with_reserve(m->run), 1, qw_times_used(m->run));
     m->most_fewer = least < q->face_count ? q->face_count - least : 0;
     m->spare = most >= q->face_count ? most - q->face_count : (int64_t)(MOST_OVER * sides / 4);
 }

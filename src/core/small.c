@@ -139,7 +139,7 @@ double qw_core_faces(const qw_run_state *run, double faces)
     double core = qw_faces_inside_rims(run, faces) / qw_times_used(run);
     if (run->mirror.is_used) core = fmax(qw_floor(core + 0.5), 1);
     if (run->plan.core_faces > core) core = run->plan.core_faces;
-    return qw_faces_without_small(run, core);
+    return fmax(qw_faces_without_small(run, core) - run->plan.reserve, 1);
 }
 
 /* Fewer quads than this are not worth a warning. */

@@ -29,9 +29,31 @@ static uint64_t key_of(float x, uint32_t index) { return (uint64_t)(UINT32_MAX -
 /* ---- chords */
 
 typedef struct chord {
-    uint32_t length;   /* quads; 0 where it crosses itself or a face in `taken` */
-    float mean_square; /* of the edges that it runs across, over what is wanted there */
+    uint32_t length;    /* quads; 0 where it crosses itself or a face in `taken` */
+    float mean_square;  /* of the edges that it runs across, over what is wanted there */
+    float mean_stretch; /* of stretch_beside */
 } chord;
+
+/* How wide the quad beyond half-edge t is, along the sides next to t; 0 where there is none. */
+static float width_beyond(const qw_quadmesh *m, uint32_t t)
+{
+    return t == QW_NONE ? 0 : qw_quad_widths(m, t / 4).of[(t & 1) ^ 1];
+}
+
+/* By how much the squared widths of the quads on both sides grow if the quad that is entered through g goes, and they
+   share its width, over what is wanted there. */
+static float stretch_beside(const qw_quadmesh *m, const float *wanted, uint32_t g)
+{
+    float width = qw_quad_widths(m, g / 4).of[g & 1],
+          beside = width_beyond(m, m->twin[qw_quad_next(g)]) + width_beyond(m, m->twin[qw_quad_prev(g)]);
+    return width * (beside + width / 2) / wanted[g / 4];
+}
+
+static chord mean_of(chord c)
+{
+    if (c.length) c.mean_square /= (float)c.length, c.mean_stretch /= (float)c.length;
+    return c;
+}
 
 /* Follows the chord across h in both directions; length 0 where it is longer than `most` quads, too. visit:
    uint32_t[face_count], the stamp of the last chord that ran through each face; `stamp` is that of this one. wanted:
@@ -40,26 +62,25 @@ static chord follow(const qw_quadmesh *m, const float *wanted, uint32_t h, const
                     uint32_t stamp, uint32_t most)
 {
     assert(h < 4 * m->face_count && taken && visit);
-    chord c = {0, 0};
+    chord c = {0, 0, 0};
     for (int way = 0; way < 2; way++)
         for (uint32_t g = way ? m->twin[h] : h; g != QW_NONE;) {
-            if (taken[g / 4] || visit[g / 4] == stamp || c.length == most) return (chord){0, 0};
+            if (taken[g / 4] || visit[g / 4] == stamp || c.length == most) return (chord){0, 0, 0};
             visit[g / 4] = stamp;
             c.length++;
             c.mean_square += edge_length(m, g) * edge_length(m, g) / wanted[g / 4];
+            c.mean_stretch += stretch_beside(m, wanted, g);
             g = m->twin[qw_quad_across(g)];
-            if (g != h) continue;
-            c.mean_square /= (float)c.length;
-            return c; /* it closes */
+            if (g == h) return mean_of(c); /* it closes */
         }
-    if (c.length) c.mean_square /= (float)c.length;
-    return c;
+    return mean_of(c);
 }
 
-/* Lists one half-edge of each chord of at most `most` quads, those across the longest edges first. seen: uint8_t[4
-   face_count], to work in. Returns how many there are. */
-static uint32_t list_chords(const qw_quadmesh *m, const float *wanted, uint32_t most, const uint8_t *taken,
-                            uint32_t *visit, uint8_t *seen, uint64_t *keys)
+/* Lists one half-edge of each chord of at most `most` quads, those across the longest edges first; `by_stretch`: those
+   whose removal stretches the quads beside them most. seen: uint8_t[4 face_count], to work in. Returns how many there
+   are. */
+static uint32_t list_chords(const qw_quadmesh *m, const float *wanted, bool by_stretch, uint32_t most,
+                            const uint8_t *taken, uint32_t *visit, uint8_t *seen, uint64_t *keys)
 {
     uint32_t count = 0;
     memset(seen, 0, (size_t)4 * m->face_count);
@@ -67,7 +88,7 @@ static uint32_t list_chords(const qw_quadmesh *m, const float *wanted, uint32_t 
         if (seen[h]) continue;
         qw_mark_chord(m, h, seen);
         chord c = follow(m, wanted, h, taken, visit, h, most);
-        if (c.length) keys[count++] = key_of(c.mean_square, h);
+        if (c.length) keys[count++] = key_of(by_stretch ? c.mean_stretch : c.mean_square, h);
     }
     qw_sort_u64(keys, count);
     return count;
@@ -83,17 +104,17 @@ static void take_faces(const qw_quadmesh *m, uint32_t h, uint8_t *taken)
 
 /* Splits chords lengthwise, the widest first, as long as they have no more than `room` quads together. No two of them
    share a face, and none is much narrower than the widest. Returns how many quads were added. */
-static int64_t split_widest(qw_env *env, qw_quadmesh *m, int64_t room)
+static int64_t split_widest(qw_env *env, qw_quadmesh *m, const qw_wanted *w, int64_t room)
 {
     assert(m->twin && room > 0);
     qw_scope_begin(env);
-    const float *wanted = qw_areas_wanted_of(env, m, NULL);
+    const float *wanted = qw_areas_wanted_of(env, m, w);
     uint32_t sides = 4 * m->face_count, left = (uint32_t)(room < UINT32_MAX ? room : UINT32_MAX), added = 0;
     uint8_t *taken = QW_NEW_ZERO(env, uint8_t, m->face_count), *split = QW_NEW(env, uint8_t, sides);
     uint32_t *visit = QW_NEW(env, uint32_t, m->face_count);
     uint64_t *keys = QW_NEW(env, uint64_t, sides);
     memset(visit, 0xff, m->face_count * sizeof *visit);
-    uint32_t count = list_chords(m, wanted, left, taken, visit, split, keys);
+    uint32_t count = list_chords(m, wanted, false, left, taken, visit, split, keys);
     float widest = 0;
     memset(split, 0, sides);
     memset(visit, 0xff, m->face_count * sizeof *visit);
@@ -197,9 +218,9 @@ static bool remove_row(qw_quad_edit *e, const uint8_t *on_boundary, const row *r
     return count_doublets(e) <= doublets && qw_quadmesh_double_edges(e->env, m, NULL) == 0;
 }
 
-/* Removes one chord of at most `room` quads: the narrowest that can be removed, of the MOST_TRIES narrowest. Returns
-   false where none can. */
-static bool remove_narrowest(qw_env *env, qw_quadmesh *m, const qw_wanted *w, uint32_t room)
+/* Removes one chord of at most `room` quads: of the MOST_TRIES that stretch the quads beside them least the first that
+   can be removed. Returns false where none can. */
+static bool remove_chord(qw_env *env, qw_quadmesh *m, const qw_wanted *w, uint32_t room)
 {
     qw_scope_begin(env);
     const float *wanted = qw_areas_wanted_of(env, m, w);
@@ -212,9 +233,9 @@ static bool remove_narrowest(qw_env *env, qw_quadmesh *m, const qw_wanted *w, ui
     memset(visit, 0xff, m->face_count * sizeof *visit);
     for (uint32_t h = 0; h < sides; h++)
         if (m->twin[h] == QW_NONE) on_boundary[m->corner[h]] = on_boundary[m->corner[qw_quad_next(h)]] = 1;
-    uint32_t count = list_chords(m, wanted, room, taken, visit, seen, keys);
+    uint32_t count = list_chords(m, wanted, true, room, taken, visit, seen, keys);
     bool found = false;
-    for (uint32_t i = count, tries = MOST_TRIES; i-- > 0 && tries > 0 && !found; tries--) { /* the widest are first */
+    for (uint32_t i = count, tries = MOST_TRIES; i-- > 0 && tries > 0 && !found; tries--) { /* the worst are first */
         qw_scope_begin(env);
         qw_quad_edit e = qw_quad_edit_open(env, m);
         find_row(m, (uint32_t)keys[i], &r);
@@ -241,7 +262,7 @@ qw_quadmesh qw_remove_chords(qw_env *env, const qw_quadmesh *mesh, const qw_want
     qw_quadmesh m = copy.mesh;
     int rounds = (int)fmin(MOST_REMOVED, (double)QUADS_LOOKED_AT / fmax(m.face_count, 1));
     for (int round = 0; round < rounds && m.face_count > most; round++)
-        if (!remove_narrowest(env, &m, wanted, (uint32_t)(m.face_count - least))) break;
+        if (!remove_chord(env, &m, wanted, (uint32_t)(m.face_count - least))) break;
     copy.mesh = m;
     qw_quad_edit_keep(&copy);
     qw_scope_end(env);
@@ -342,14 +363,14 @@ static int64_t split_pairs(qw_env *env, qw_quadmesh *m, int64_t wanted)
     return added;
 }
 
-qw_quadmesh qw_add_quads(qw_env *env, const qw_quadmesh *mesh, int64_t least, int64_t most)
+qw_quadmesh qw_add_quads(qw_env *env, const qw_quadmesh *mesh, const qw_wanted *wanted, int64_t least, int64_t most)
 {
     assert(mesh->twin && mesh->kind && mesh->mark && mesh->component && least <= most);
     qw_scope_begin(env);
     qw_quad_edit copy = qw_quad_edit_open(env, mesh);
     qw_quadmesh m = copy.mesh;
     for (int round = 0; round < CHORD_ROUNDS && m.face_count < least; round++)
-        if (split_widest(env, &m, most - m.face_count) == 0) break;
+        if (split_widest(env, &m, wanted, most - m.face_count) == 0) break;
     while (m.face_count < least && split_pairs(env, &m, least - m.face_count) > 0) continue;
     copy.mesh = m;
     qw_quad_edit_keep(&copy);

@@ -7,6 +7,8 @@
 enum { GRAIN = 512 };
 /* Sizes that differ by no more than this factor are one. */
 static const float ONE_SIZE = 1.001f;
+/* Of the wanted edge length: quads that are longer strike the eye. */
+static const float TOO_LONG = 2;
 
 typedef struct lookup {
     const qw_quadmesh *quads;
@@ -84,18 +86,29 @@ void qw_fit_wanted_areas(qw_env *env, const qw_quadmesh *q, float *wanted)
     qw_free(env, area), qw_free(env, share);
 }
 
-double qw_size_deviation(qw_env *env, const qw_quadmesh *q, const qw_trimesh *mesh, const float *size)
+qw_widths qw_quad_widths(const qw_quadmesh *q, uint32_t f)
+{
+    assert(f < q->face_count);
+    const uint32_t *c = q->corner + 4 * (size_t)f;
+    qw_vec3 one = qw_sub(q->position[c[2]], q->position[c[0]]), other = qw_sub(q->position[c[3]], q->position[c[1]]);
+    return (qw_widths){{0.5f * qw_length(qw_sub(one, other)), 0.5f * qw_length(qw_add(one, other))}};
+}
+
+qw_size_fit qw_fit_of_sizes(qw_env *env, const qw_quadmesh *q, const qw_trimesh *mesh, const float *size)
 {
     assert(!size || mesh);
     float *wanted = qw_wanted_areas(env, q, mesh, size);
     qw_fit_wanted_areas(env, q, wanted);
-    double sum = 0, squares = 0;
+    double sum = 0, squares = 0, all = 0, in_long = 0;
     for (uint32_t f = 0; f < q->face_count; f++) {
-        double ratio = wanted[f] > 0 ? (double)area_of(q, f) / (double)wanted[f] : 0;
-        sum += ratio, squares += ratio * ratio;
+        double area = (double)area_of(q, f), ratio = wanted[f] > 0 ? area / (double)wanted[f] : 0;
+        qw_widths w = qw_quad_widths(q, f);
+        float longer = fmaxf(w.of[0], w.of[1]);
+        sum += ratio, squares += ratio * ratio, all += area;
+        if (longer * longer > TOO_LONG * TOO_LONG * wanted[f]) in_long += area;
     }
     qw_free(env, wanted);
-    if (!(sum > 0)) return 0;
+    if (!(sum > 0)) return (qw_size_fit){0, 0};
     double mean = sum / q->face_count;
-    return sqrt(fmax(squares / q->face_count - mean * mean, 0)) / mean;
+    return (qw_size_fit){sqrt(fmax(squares / q->face_count - mean * mean, 0)) / mean, in_long / all};
 }

@@ -23,7 +23,18 @@ float *qw_wanted_areas(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *
 /* Multiplies the wanted areas of each component so that they add up to its area. */
 void qw_fit_wanted_areas(qw_env *env, const qw_quadmesh *quads, float *wanted);
 
-/* The standard deviation of area over wanted area, over its mean. */
-double qw_size_deviation(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *mesh, const float *size);
+/* How long a quad is along its sides 0 and 2, and along its sides 1 and 3: from the middle of a side to that of the one
+   across. */
+typedef struct qw_widths {
+    float of[2];
+} qw_widths;
+qw_widths qw_quad_widths(const qw_quadmesh *quads, uint32_t f);
+
+/* How far quads are from the wanted sizes: the standard deviation of area over wanted area, over its mean; and the
+   share of the area in quads that are longer than twice the wanted edge, one way. */
+typedef struct qw_size_fit {
+    double deviation, long_share;
+} qw_size_fit;
+qw_size_fit qw_fit_of_sizes(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *mesh, const float *size);
 
 #endif

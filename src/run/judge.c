@@ -5,6 +5,7 @@
 #include "stages/coverage.h"
 #include "mesh/flips.h"
 #include "quad/components.h"
+#include "quad/wanted.h"
 #include "demand/sizes.h"
 
 #include <math.h>
@@ -96,9 +97,23 @@ static bool compose(const qw_run_state *run, qw_rounds *rounds, qw_judgement *j)
                       run->flipped,
                       run->rho,
                       qw_uncovered_distance(run),
-                      fmin(quads, (double)qw_least_faces(run->faces_wanted, 1, qw_times_used(run))),
-                      fmax(quads, (double)qw_most_faces(run->faces_wanted, 1, qw_times_used(run)))};
+                      fmin(quads, (double)qw_least_faces(qw_faces_with_reserve(run), 1, qw_times_used(run))),
+                      fmax(quads, (double)qw_most_faces(qw_faces_with_reserve(run), 1, qw_times_used(run)))};
     return qw_rounds_add(run->env, rounds, &round, &j->composed, &j->composed_flipped);
+}
+
+/* Quads of a protrusion that is lost: a ring around it. */
+static const double RING = 4;
+
+/* What room for protrusions has left, in quads: those that are too long, and a ring for each that is lost. More than
+   all of them where the count is not what is promised. */
+static double count_misshapen(const qw_run_state *run, const qw_quadmesh *quads)
+{
+    double wanted = qw_faces_with_reserve(run);
+    if (!qw_is_near_count(wanted, quads->face_count, qw_times_used(run))) return wanted;
+    qw_trimesh working = qw_parted_working(run);
+    qw_size_fit sizes = qw_fit_of_sizes(run->env, quads, &working, run->size);
+    return sizes.long_share * quads->face_count + RING * qw_count_lost_parts(run, quads);
 }
 
 static void judge_coverage(const qw_run_state *run, qw_rounds *rounds, qw_judgement *j)
@@ -110,6 +125,8 @@ static void judge_coverage(const qw_run_state *run, qw_rounds *rounds, qw_judgem
     qw_sites places = qw_find_uncovered(run, quads);
     v->working_vertices = run->working.mesh.vertex_count;
     v->protrusions = run->grown;
+    v->lacking = run->lacking;
+    v->misshapen = v->lacking > 0 || run->plan.reserve > 0 ? count_misshapen(run, quads) : 0;
     v->uncovered = qw_in_quads(run, places.area);
     v->flipped = qw_count_flipped(quads, flipped);
     if (places.count == 0) places = list_flipped(run, quads, flipped);
@@ -132,7 +149,7 @@ static void judge_sides(const qw_run_state *run, qw_verdict *v)
 static void forget_repair(qw_verdict *v)
 {
     v->topology_lost = v->is_composed = v->protrusions = v->places = 0;
-    v->uncovered = v->flipped = 0;
+    v->uncovered = v->flipped = v->lacking = v->misshapen = 0;
 }
 
 void qw_judge(const qw_run_state *run, qw_stage finished, qw_rounds *rounds, qw_judgement *j)

@@ -114,7 +114,7 @@ static qw_step refine(const qw_history *h, qw_retry cause, uint32_t best)
 {
     const qw_plan *p = &current(h)->plan;
     qw_step step = {cause, best, h->attempt[0].plan};
-    step.plan.size_factor = p->size_factor;
+    step.plan.size_factor = p->size_factor, step.plan.reserve = p->reserve;
     step.plan.refinements = p->refinements + current(h)->verdict.places;
     if (step.plan.refinements > QW_MAX_REFINEMENTS) step.plan.refinements = QW_MAX_REFINEMENTS;
     return step;
@@ -208,12 +208,17 @@ static double faults(const qw_history *h, uint32_t i)
     return h->attempt[i].verdict.uncovered + h->attempt[i].verdict.flipped;
 }
 
-/* The attempt, of all rounds, with the least uncovered area and fewest flipped quads; the first of equal ones. */
+/* The attempt, of all rounds, with the least uncovered area and fewest flipped quads, and the fewest that room for
+   protrusions left out of shape, where they were asked for; the first of equal ones. */
 static uint32_t least_faults(const qw_history *h)
 {
     uint32_t best = h->current;
+    double weight = uses_since(h, QW_RETRY_PROTRUSIONS, 0);
     for (uint32_t i = h->count; i-- > 0;)
-        if (was_judged(&h->attempt[i], QW_STAGE_RELAX) && faults(h, i) <= faults(h, best)) best = i;
+        if (was_judged(&h->attempt[i], QW_STAGE_RELAX) &&
+            faults(h, i) + weight * h->attempt[i].verdict.misshapen <=
+                faults(h, best) + weight * h->attempt[best].verdict.misshapen)
+            best = i;
     return best;
 }
 
@@ -244,15 +249,38 @@ static bool round_is_hopeless(const qw_history *h)
             ((v->uncovered < 1 || v->is_crowded) && present > QW_ROUND_GAIN * least));
 }
 
+/* Whether the run may go back for what RELAX has seen. */
+static bool may_go_back(const qw_history *h)
+{
+    return h->request.repairs && !h->request.hurries && !qw_is_too_few(&h->request);
+}
+
+/* Whether protrusions are to grow out of fewer quads: those are kept for them. */
+static bool may_reserve(const qw_history *h)
+{
+    const qw_verdict *v = &current(h)->verdict;
+    double faces = h->request.faces_wanted, reserve = fmin(v->lacking, QW_PROTRUSION_SHARE * faces);
+    return v->lacking > 0 && v->misshapen > QW_MISSHAPEN * faces && v->misshapen < faces &&
+           faces - reserve >= h->request.faces_needed && may_go_back(h) && has_use(h, QW_RETRY_PROTRUSIONS, 0);
+}
+
+static qw_step with_reserve(const qw_history *h, uint32_t best)
+{
+    const qw_attempt *a = current(h);
+    qw_step step = {QW_RETRY_PROTRUSIONS, best, h->attempt[0].plan};
+    step.plan.refinements = a->plan.refinements;
+    step.plan.reserve = fmin(a->verdict.lacking, QW_PROTRUSION_SHARE * h->request.faces_wanted);
+    return step;
+}
+
 static qw_step after_relax(const qw_history *h)
 {
     const qw_verdict *v = &current(h)->verdict;
     uint32_t best = least_faults(h), used = uses_since(h, QW_RETRY_COVERAGE, 0);
+    if (may_reserve(h)) return with_reserve(h, best);
     bool accepted = v->places == 0 || (v->protrusions > 0 && faults(h, h->current) < QW_ACCEPTED_TIP) ||
                     (is_large(h) && used > 0 && faults(h, h->current) < QW_ACCEPTED_LARGE) || round_is_hopeless(h);
-    if (accepted || used >= coverage_retries(h) || !h->request.repairs || h->request.hurries ||
-        qw_is_too_few(&h->request))
-        return go_on(v->is_composed ? h->current : best);
+    if (accepted || used >= coverage_retries(h) || !may_go_back(h)) return go_on(v->is_composed ? h->current : best);
     return refine(h, QW_RETRY_COVERAGE, best);
 }
 
@@ -317,10 +345,11 @@ static const char *attempt_fault(const qw_history *h, uint32_t i, double largest
     if (!(p->size_factor >= 1 / largest_factor && p->size_factor <= largest_factor) || p->strategy >= QW_STRATEGIES ||
         p->effort >= QW_EFFORTS || p->cones >= QW_CORNER_CONES || p->refinements > QW_MAX_REFINEMENTS ||
         p->plane > qw_retry_rows[QW_RETRY_PLANE].most || p->room > qw_retry_rows[QW_RETRY_NO_ROOM].most ||
-        !is_number(p->core_faces) || (i > 0 && p->refinements < a[-1].plan.refinements))
+        !is_number(p->core_faces) || !is_number(p->reserve) || (i > 0 && p->refinements < a[-1].plan.refinements))
         return "an attempt has a plan that none can have";
     if (a->judged > QW_STAGE_COUNT || !is_number(v->faces) || !is_number(v->integer_faces) ||
-        !is_number(v->uncovered) || !is_number(v->flipped) || v->inverted < 0)
+        !is_number(v->uncovered) || !is_number(v->flipped) || !is_number(v->lacking) || !is_number(v->misshapen) ||
+        v->inverted < 0)
         return "an attempt was judged as none can be";
     return NULL;
 }

@@ -46,6 +46,8 @@ typedef struct qw_verdict {
     uint32_t is_composed;
     double uncovered;     /* area that the quads leave uncovered, in quads */
     double flipped;       /* quads: 1 that may be flipped, 2 one that certainly is */
+    double lacking;       /* quads that protrusions needed and had no room for, until it was made; 0: none */
+    double misshapen;     /* what this left, in quads: too long ones, and a ring for each protrusion that is lost */
     uint32_t protrusions; /* that RELAX let grow; a repeated attempt has to grow them again */
     uint32_t working_vertices;
     /* after ASSEMBLE */
@@ -76,9 +78,10 @@ typedef struct qw_request {
     uint32_t hurries;  /* flag: the run does not go back for its coverage */
 } qw_request;
 
-/* Six rounds (one for the topology, four for the coverage) of eleven attempts (one for inverted triangles, two times
-   four for the count, one for the cones) are 66. A retry after the last stage begins the history anew. */
-enum { QW_MAX_ATTEMPTS = 66, QW_NO_ATTEMPT = 0xffff };
+/* Seven rounds (one for the topology, one for protrusions, four for the coverage) of eleven attempts (one for inverted
+   triangles, two times four for the count, one for the cones) are 77. A retry after the last stage begins the history
+   anew. */
+enum { QW_MAX_ATTEMPTS = 77, QW_NO_ATTEMPT = 0xffff };
 typedef struct qw_history {
     qw_request request;
     uint32_t count, current; /* current: the attempt that the run goes on with */

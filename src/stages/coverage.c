@@ -157,7 +157,7 @@ qw_quadmesh qw_fit_count(qw_run_state *run, const qw_quadmesh *quads)
         run->report->count_chords_removed = -chords;
         run->report->count_quads_removed = (int64_t)fitted.face_count - quads->face_count + chords;
     } else if (fitted.face_count < wanted) {
-        fitted = qw_add_quads(run->env, quads, least, most);
+        fitted = qw_add_quads(run->env, quads, NULL, least, most);
         run->report->count_added = (int64_t)fitted.face_count - quads->face_count;
     }
     if (!qw_is_near_count(wanted, fitted.face_count, qw_times_used(run)) && fitted.face_count > wanted)
@@ -219,7 +219,7 @@ static uint32_t extrude(const qw_run_state *run, bool marked, uint32_t most, uin
                         .edge = (float)run->rho,
                         .far = count < f.lost ? INFINITY : grown_distance(run),
                         .marked = marked,
-                        .most = (uint32_t)fmin(QW_PROTRUSION_SHARE * run->faces_wanted, (double)room),
+                        .most = (uint32_t)fmin(QW_PROTRUSION_SHARE * qw_faces_with_reserve(run), (double)room),
                         .tip_count = count,
                         .tip = tip};
     return qw_extrude_protrusions(run->env, quads, &growth);
@@ -252,18 +252,43 @@ static uint8_t *hold_others(qw_env *env, const qw_quadmesh *q, uint32_t first)
     return held;
 }
 
-/* With the first `tips` of the `lost` tips grown; where there would be too many quads, room is made first, the last
-   time for as many as there is room. Returns how many grew: 0 where there is none, or more of it than they take. */
-static uint32_t grow(const qw_run_state *run, const qw_quadmesh *quads, const qw_wanted *wanted, bool marked,
-                     uint32_t tips, uint32_t lost, qw_quadmesh *result, uint8_t **flipped)
+/* How many quads there are to be in the end. */
+static int64_t least_of_all(const qw_run_state *run)
 {
-    int64_t least = qw_least_faces(run->faces_wanted, QW_FIT_MARGIN, qw_times_used(run)),
-            most = qw_most_faces(run->faces_wanted, QW_FIT_MARGIN, qw_times_used(run));
+    return qw_least_faces(qw_faces_with_reserve(run), QW_FIT_MARGIN, qw_times_used(run));
+}
+static int64_t most_of_all(const qw_run_state *run)
+{
+    return qw_most_faces(qw_faces_with_reserve(run), QW_FIT_MARGIN, qw_times_used(run));
+}
+
+/* Quads that were kept for what sticks out are to be used up. */
+static bool is_count_met(const qw_run_state *run, int64_t faces)
+{
+    return faces <= most_of_all(run) && (faces >= least_of_all(run) || run->plan.reserve == 0);
+}
+
+/* Fewer quads where `added` more would be too many, else more of them. */
+static qw_quadmesh make_room(const qw_run_state *run, const qw_quadmesh *quads, const qw_wanted *wanted, int64_t added)
+{
+    int64_t least = least_of_all(run) - added, most = most_of_all(run) - added, chords;
+    return quads->face_count > most ? fewer_quads(run, quads, wanted, least, most, &chords)
+                                    : qw_add_quads(run->env, quads, wanted, least, most);
+}
+
+/* With the first `tips` of the `lost` tips grown; where there would be too many quads, or too few, room is made first,
+   the last time for as many as there is room. *lacking: quads that there was no room for. Returns how many grew: 0
+   where there is none, or more of it than they take. */
+static uint32_t grow(const qw_run_state *run, const qw_quadmesh *quads, const qw_wanted *wanted, bool marked,
+                     uint32_t tips, uint32_t lost, qw_quadmesh *result, uint8_t **flipped, double *lacking)
+{
+    int64_t least = least_of_all(run), most = most_of_all(run);
     qw_quadmesh from = *quads, grown = from;
     uint32_t count = extrude(run, marked, tips, lost, most, &grown);
-    for (int i = 0; i < ROOM_ROUNDS && count > 0 && grown.face_count > most; i++) {
-        int64_t added = grown.face_count - from.face_count, chords;
-        from = fewer_quads(run, quads, wanted, least - added, most - added, &chords);
+    *lacking = grown.face_count > most ? grown.face_count - from.face_count : 0;
+    for (int i = 0; i < ROOM_ROUNDS && count > 0 && !is_count_met(run, grown.face_count); i++) {
+        int64_t added = grown.face_count - from.face_count;
+        from = make_room(run, quads, wanted, added);
         from = qw_relax(run, &from, NULL, flipped);
         grown = from;
         int64_t room = i + 1 < ROOM_ROUNDS ? most : most - from.face_count;
@@ -287,7 +312,9 @@ uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **fl
     for (uint32_t i = 0, tips = before.lost; i < GROWTHS; i++, tips /= 2) {
         qw_quadmesh grown;
         uint8_t *grown_flipped;
-        uint32_t count = grow(run, quads, &wanted, marked, tips, before.lost, &grown, &grown_flipped);
+        double lacking;
+        uint32_t count = grow(run, quads, &wanted, marked, tips, before.lost, &grown, &grown_flipped, &lacking);
+        if (i == 0 && !marked) run->lacking = lacking;
         if (count > 0) {
             faults after = find_faults(run, &grown, grown_flipped);
             qw_log(run->env, QW_LOG_DEBUG, "%u protrusions grew, %u quads now; faults: %.2f, were %.2f", count,
@@ -300,4 +327,12 @@ uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **fl
         if (tips <= 1 || run->is_crowded) break;
     }
     return 0;
+}
+
+void qw_use_up_reserve(qw_run_state *run, qw_quadmesh *quads, uint8_t **flipped)
+{
+    if (is_count_met(run, quads->face_count)) return;
+    qw_wanted wanted = wanted_of(run);
+    qw_quadmesh more = make_room(run, quads, &wanted, 0);
+    *quads = qw_relax(run, &more, NULL, flipped);
 }

@@ -26,4 +26,7 @@ qw_quadmesh qw_fit_count(qw_run_state *run, const qw_quadmesh *quads);
    protrusions with sharp edges, which the new quads do not follow; else only those without. Returns how many grew. */
 uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **flipped, bool marked);
 
+/* Where fewer grew than quads were kept for in the plan: others take their places. */
+void qw_use_up_reserve(qw_run_state *run, qw_quadmesh *quads, uint8_t **flipped);
+
 #endif

@@ -38,7 +38,7 @@ static void repair_flips(finishing *f)
     qw_run_state *run = f->run;
     run->report->repaired_flips = 0;
     if (f->quads.face_count == 0 || is_hopeless(f)) return;
-    int64_t least = qw_least_faces(run->faces_wanted, 1, qw_times_used(run));
+    int64_t least = qw_least_faces(qw_faces_with_reserve(run), 1, qw_times_used(run));
     if (least > f->quads.face_count) least = f->quads.face_count;
     qw_trimesh surface = qw_parted_surface(run);
     qw_flip_repair repair = {
@@ -107,6 +107,7 @@ void qw_stage_FINISH(qw_run_state *run)
     run->fitted = f.quads;
     run->report->count_finished = (int64_t)f.quads.face_count - run->relaxed.face_count;
     qw_trimesh working = qw_parted_working(run);
-    run->report->size_cv = qw_size_deviation(run->env, &f.quads, &working, run->size);
+    qw_size_fit sizes = qw_fit_of_sizes(run->env, &f.quads, &working, run->size);
+    run->report->size_cv = sizes.deviation, run->report->long_share = sizes.long_share;
     qw_report_lost_edges(run, &f.quads);
 }
