@@ -482,6 +482,17 @@ static qw_status refuse_without_output(parser *p)
                   ending);
 }
 
+/* The first level is what the options ask for. */
+static qw_status check_levels(parser *p)
+{
+    qw_options *o = &p->out->options;
+    if (p->out->level_count == 0) return QW_OK;
+    if (o->faces || o->vertices || o->edge_length > 0 || o->ratio > 0)
+        return refuse(p, QW_ARGUMENT, "--levels says how many quads there are: no other option may");
+    o->faces = p->out->level[0];
+    return QW_OK;
+}
+
 static qw_status check_remesh(parser *p)
 {
     qw_arguments *a = p->out;
@@ -497,14 +508,9 @@ static qw_status check_remesh(parser *p)
                       a->field_in ? "--field-in"
                       : a->guides ? "--guides"
                                   : "--region");
-    if (a->level_count > 0) {
-        const qw_options *o = &a->options;
-        if (o->faces || o->vertices || o->edge_length > 0 || o->ratio > 0)
-            return refuse(p, QW_ARGUMENT, "--levels says how many quads there are: no other option may");
-        if (dumps || a->from_stage || !a->output || strcmp(a->output, "-") == 0)
-            return refuse(p, QW_ARGUMENT, "--levels goes from a mesh that is read to files: -o FILE, without stages");
-        a->options.faces = a->level[0];
-    }
+    if (a->level_count > 0 && (dumps || a->from_stage || !a->output || strcmp(a->output, "-") == 0))
+        return refuse(p, QW_ARGUMENT, "--levels goes from a mesh that is read to files: -o FILE, without stages");
+    if (check_levels(p) != QW_OK) return QW_ARGUMENT;
     if (a->second_order && (settle_format(p) != QW_OK || a->format < QW_FORMAT_MSH || a->options.subdivide != 1))
         return refuse(p, QW_ARGUMENT, "--second-order is for .msh, .vtu, .inp and .bdf, without --subdivide");
     if (a->patches && !a->output) return refuse(p, QW_ARGUMENT, "--patches belongs to a result: -o FILE is required");
@@ -530,7 +536,10 @@ static qw_status check(parser *p)
     case QW_COMMAND_ASSET: a->bake = true; return check_remesh(p);
     case QW_COMMAND_REMESH: return check_remesh(p);
     case QW_COMMAND_BATCH:
-        if (a->format == QW_FORMAT_AUTO) a->format = QW_FORMAT_OBJ;
+        if (a->format == QW_FORMAT_AUTO) a->format = a->level_count > 0 ? QW_FORMAT_GLB : QW_FORMAT_OBJ;
+        if (a->level_count > 0 && a->format != QW_FORMAT_GLB && a->format != QW_FORMAT_GLTF)
+            return refuse(p, QW_ARGUMENT, "--levels of a batch are one file a model: --format glb or gltf");
+        if (check_levels(p) != QW_OK) return QW_ARGUMENT;
         if (!a->input) return refuse(p, QW_ARGUMENT, "no folder and no list of models was named");
         if (!a->output) return refuse(p, QW_ARGUMENT, "no folder was named for the results: --out FOLDER is required");
         if (qw_options_validate(&a->options, p->message, p->message_size) != QW_OK) return QW_OPTION;

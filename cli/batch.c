@@ -112,6 +112,7 @@ typedef struct outcome {
     int exit_code;
     double seconds;
     const qw_run_info *run; /* NULL: of a failure */
+    uint32_t level_faces[QW_MOST_LEVELS];
 } outcome;
 
 static void begin_record(const qw_arguments *a, const batch_model *m, const outcome *o, qw_json *json)
@@ -149,6 +150,9 @@ static bool write_record(const qw_arguments *a, const batch_model *m, const outc
         qw_json_quality(&json, "quality", o->run->quality);
         if (o->run->transfer) qw_json_transfer(&json, o->run->transfer);
         if (o->run->asset) qw_json_asset(&json, "asset", o->run->asset);
+        if (a->level_count > 0) qw_json_begin(&json, "levels", '[');
+        for (int64_t i = 0; i < a->level_count; i++) qw_json_whole(&json, NULL, o->level_faces[i]);
+        if (a->level_count > 0) qw_json_end(&json, ']');
     }
     qw_json_end(&json, '}');
     bool is_written = !qw_json_failed(&json) && write_whole(m->record, json.text, json.length);
@@ -170,6 +174,7 @@ typedef struct making {
     qw_transfer_report transfer;
     bool has_transfer;
     qw_asset_report asset;
+    qw_mesh *level[QW_MOST_LEVELS]; /* with --levels */
     char *message;
     size_t size;
 } making;
@@ -195,14 +200,19 @@ static qw_status load(making *k, const qw_host *host)
     return say(k, status, qw_mesh_message(k->mesh));
 }
 
-static qw_status remesh(making *k, const qw_host *host)
+static qw_status begin(making *k, const qw_host *host)
 {
     const qw_arguments *a = k->arguments;
     qw_mesh_view input = qw_mesh_get(k->mesh);
     if (qw_create(host, &k->context) != QW_OK) return say(k, QW_MEMORY, qw_status_text(QW_MEMORY));
     qw_status status = say(k, qw_set_mesh(k->context, &input), qw_message(k->context));
     if (status == QW_OK && a->density) status = qw_paint_density(k->context, k->mesh, a->density, k->message, k->size);
-    if (status == QW_OK) status = say(k, qw_run(k->context, &a->options), qw_message(k->context));
+    return status;
+}
+
+static qw_status remesh(making *k, const qw_arguments *a)
+{
+    qw_status status = say(k, qw_run(k->context, &a->options), qw_message(k->context));
     const qw_attribute *attributes = qw_mesh_attributes(k->mesh, &k->carried_count);
     if (a->bare) k->carried_count = 0;
     if (status == QW_OK && k->carried_count > 0)
@@ -213,9 +223,8 @@ static qw_status remesh(making *k, const qw_host *host)
 }
 
 /* Texture coordinates of the quads' own, and maps on them. */
-static qw_status dress(making *k)
+static qw_status dress(making *k, const qw_arguments *a)
 {
-    const qw_arguments *a = k->arguments;
     const qw_image *images;
     uint32_t count;
     qw_attribute *list;
@@ -226,12 +235,48 @@ static qw_status dress(making *k)
     return say(k, status, qw_message(k->context));
 }
 
+/* The levels, the coarsest first: what is said of the model is said of the finest, the last. */
+static qw_status make_levels(making *k)
+{
+    qw_status status = QW_OK;
+    for (int64_t i = k->arguments->level_count; i-- > 0 && status == QW_OK;) {
+        qw_arguments one = *k->arguments;
+        one.options.faces = one.level[i];
+        for (int64_t j = 0; j < i; j++) qw_halve_texture(&one.asset);
+        status = remesh(k, &one);
+        if (status == QW_OK) status = dress(k, &one);
+        if (status == QW_OK)
+            status = say(k, qw_take_level(k->context, k->carried, k->carried_count, &k->level[i]),
+                         qw_message(k->context));
+    }
+    return status;
+}
+
+static qw_status make(making *k)
+{
+    if (k->arguments->level_count > 0) return make_levels(k);
+    qw_status status = remesh(k, k->arguments);
+    return status == QW_OK ? dress(k, k->arguments) : status;
+}
+
+static qw_status save_levels(making *k)
+{
+    const qw_arguments *a = k->arguments;
+    const qw_mesh *level[QW_MOST_LEVELS];
+    for (int64_t i = 0; i < a->level_count; i++) level[i] = k->level[i];
+    return qw_save_levels(level, (uint32_t)a->level_count, a->bare ? NULL : k->mesh, k->model->output, a->format,
+                          k->message, k->size);
+}
+
 static qw_status save(making *k)
 {
     const qw_arguments *a = k->arguments;
     const char *path = k->model->output;
-    if (a->bake) return qw_save_asset(k->context, k->carried, k->carried_count, path, a->format);
-    return qw_save_from(k->context, k->carried, k->carried_count, a->bare ? NULL : k->mesh, path, a->format);
+    if (a->level_count > 0) return save_levels(k);
+    qw_status status = a->bake ? qw_save_asset(k->context, k->carried, k->carried_count, path, a->format)
+                               : qw_save_from(k->context, k->carried, k->carried_count, a->bare ? NULL : k->mesh, path,
+                                              a->format);
+    return say(k, status, qw_message(k->context));
 }
 
 static qw_status make_quads(making *k, double began)
@@ -240,8 +285,8 @@ static qw_status make_quads(making *k, double began)
     const batch_model *m = k->model;
     const qw_host host = {.memory_limit = a->memory_limit};
     qw_status status = load(k, &host);
-    if (status == QW_OK) status = remesh(k, &host);
-    if (status == QW_OK) status = dress(k);
+    if (status == QW_OK) status = begin(k, &host);
+    if (status == QW_OK) status = make(k);
     if (status != QW_OK) return status;
     qw_mesh_view input = qw_mesh_get(k->mesh), quads;
     qw_get_mesh(k->context, &quads);
@@ -251,12 +296,13 @@ static qw_status make_quads(making *k, double began)
     status = qw_measure_seen(&quads, &input, gap, &host, &topology, &quality);
     if (status != QW_OK) return snprintf(k->message, k->size, "the measures: %s", qw_status_text(status)), status;
     status = save(k);
-    if (status != QW_OK) return say(k, status, qw_message(k->context));
+    if (status != QW_OK) return status;
     qw_run_info run = {
         .size = sizeof run, .options = &a->options, .report = qw_get_report(k->context), .quality = &quality};
     if (k->has_transfer) run.transfer = &k->transfer;
     if (a->unwrap || a->bake) run.asset = &k->asset;
-    outcome o = {k->key, "OK", "", 0, qw_seconds_now() - began, &run};
+    outcome o = {k->key, "OK", "", 0, qw_seconds_now() - began, &run, {0}};
+    for (int64_t i = 0; i < a->level_count; i++) o.level_faces[i] = qw_mesh_get(k->level[i]).face_count;
     if (write_record(a, m, &o)) return QW_OK;
     snprintf(k->message, k->size, "%s: cannot be written", m->record);
     return QW_FILE_UNWRITABLE;
@@ -270,7 +316,8 @@ static _Noreturn void work(const batch *b, const batch_model *m, const char *key
     making k = {.arguments = b->arguments, .model = m, .key = key, .message = message, .size = sizeof message};
     qw_status status = make_quads(&k, began);
     if (status != QW_OK) {
-        outcome o = {key, qw_status_name(status), message, qw_status_exit_code(status), qw_seconds_now() - began, NULL};
+        outcome o = {key, qw_status_name(status), message, qw_status_exit_code(status), qw_seconds_now() - began, NULL,
+                     {0}};
         write_record(b->arguments, m, &o);
     }
     _exit(qw_status_exit_code(status));
@@ -327,7 +374,8 @@ static void settle(batch *b, worker *w, int status)
                      message,
                      128 + WTERMSIG(status),
                      qw_seconds_now() - w->began,
-                     NULL};
+                     NULL,
+                     {0}};
         write_record(a, m, &o);
     }
     b->done++, b->failed += !is_ok;

@@ -61,6 +61,7 @@ static uint64_t hash_settings(const qw_arguments *a)
     }
     const char *const others[] = {qw_version(), a->keep, a->density ? a->density : "", a->bare ? "bare" : ""};
     for (size_t i = 0; i < sizeof others / sizeof *others; i++) h = hash_text(h, others[i]);
+    if (a->level_count > 0) h = batch_hash(h, a->level, (size_t)a->level_count * sizeof a->level[0]);
     return a->unwrap || a->bake ? hash_asset(h, a) : h;
 }
 

@@ -18,6 +18,9 @@ bool qw_may_be_points(qw_status status);
 /* Replaces the mesh by its limit surface, split four times, or complains. */
 int qw_take_limit(const qw_host *host, qw_mesh **mesh);
 
+/* Maps of the next level of detail have half as many texels along a side: it is seen from further off. */
+void qw_halve_texture(qw_asset_options *options);
+
 /* Texture coordinates of the result's own for what --unwrap or --bake asks: *list is qw_attribute[*count], carried but
    for texture coordinates of the input, and behind them its own; the caller's to free, in failure too. */
 qw_status qw_unwrap_carried(qw_context *context, const qw_arguments *arguments, const qw_attribute *carried,

@@ -339,7 +339,7 @@ static bool is_in_one_file(const qw_arguments *a) { return a->format == QW_FORMA
 
 /* Each level has maps of its own, of half as many texels along a side as the one before: it is seen from further off.
  */
-static void halve_texture(qw_asset_options *o)
+void qw_halve_texture(qw_asset_options *o)
 {
     enum { LEAST = 64 };
     if (o->texture / 2 >= LEAST) o->texture /= 2, o->texel_density /= 2;
@@ -350,7 +350,7 @@ static qw_arguments arguments_of_level(const qw_arguments *all, int64_t level, l
 {
     qw_arguments one = *all;
     one.options.faces = all->level[level];
-    for (int64_t i = 0; i < level; i++) halve_texture(&one.asset);
+    for (int64_t i = 0; i < level; i++) qw_halve_texture(&one.asset);
     one.output = is_in_one_file(all) ? NULL : level_path(files->output, all->output, level);
     one.json = level_path(files->json, all->json, level);
     one.provenance = level_path(files->provenance, all->provenance, level);
@@ -408,7 +408,8 @@ static qw_status make_levels(session *s)
         made += status == QW_OK;
     }
     if (status == QW_OK && taken[0])
-        status = qw_save_levels(levels, (uint32_t)a->level_count, a->output, a->format, s->message, sizeof s->message);
+        status = qw_save_levels(levels, (uint32_t)a->level_count, a->bare ? NULL : s->input, a->output, a->format,
+                                s->message, sizeof s->message);
     for (int64_t i = 0; i < made && status != QW_OK; i++) take_level_back(a, i);
     for (int64_t i = 0; i < a->level_count; i++) qw_mesh_destroy(taken[i]);
     return status;

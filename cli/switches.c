@@ -83,9 +83,10 @@ static const qw_switch_row switches[] = {
     {SWITCH_LIMIT, MEASURE | RENDER, "limit", NULL, NULL, NULL, NULL,
      "the surface that Catmull and Clark's subdivision makes of the quads, split four times, instead of the quads "
      "(render: of the first mesh), with the creases and corners that an OBJ file names in tags (t crease, t corner)"},
-    {SWITCH_LEVELS, REMESH, "levels", NULL, "N,N,...", NULL, NULL,
+    {SWITCH_LEVELS, REMESH | BATCH, "levels", NULL, "N,N,...", NULL, NULL,
      "several meshes of the surface, of so many quads each, the most first: GLB and glTF hold them all, a node each "
-     "(MSFT_lod); for other formats, and for reports, _LOD0, _LOD1, ... come before the ending of the names"},
+     "(MSFT_lod), with the materials and textures of a glTF input; for other formats, and for reports, _LOD0, _LOD1, "
+     "... come before the ending of the names (batch: GLB and glTF only, GLB unless --format says so)"},
     {SWITCH_SECOND_ORDER, REMESH, "second-order", NULL, NULL, NULL, NULL,
      "elements of second order, with eight nodes, those of their sides on the surface: for .msh, .vtu, .inp and .bdf"},
     {SWITCH_PATCHES, REMESH, "patches", NULL, "FILE", NULL, NULL,

@@ -282,6 +282,22 @@ static void assets_are_made_of_a_folder(void **state)
                      0);
 }
 
+/* The levels of a model are one file, the bytes of a single run; the record tells how many quads each has. */
+static void levels_are_one_file_a_model(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("mkdir detailed && cp one.obj detailed && " TOOL
+                           "batch detailed --out levels --levels 96,24 --bake normal --texture 64 -q && " TOOL
+                           "one.obj -o one.glb --levels 96,24 --bake normal --texture 64 -q && "
+                           "cmp one.glb levels/one.obj.quads.glb"),
+                     0);
+    assert_int_equal(number("grep -c '\"levels\": \\[96, *24\\]' levels/one.obj.record.json"), 1);
+    assert_int_equal(shell(TOOL "batch detailed --out levels --levels 96,48 --bake normal -q 2> stderr"), 2);
+    assert_int_equal(shell("grep -q 'another set of switches' stderr"), 0);
+    assert_int_equal(shell(TOOL "batch detailed --out level --levels 96,24 --format obj 2> stderr"), 2);
+    assert_int_equal(shell(TOOL "batch detailed --out level --levels 96,24 --faces 9 2> stderr"), 2);
+}
+
 /* Points without faces are models where they are wrapped, as in a single run. */
 static void points_are_models_with_wrap(void **state)
 {
@@ -396,6 +412,7 @@ QW_TEST_SUITE(batch)
         cmocka_unit_test(limits_end_one_model),
         cmocka_unit_test(files_beside_count),
         cmocka_unit_test(assets_are_made_of_a_folder),
+        cmocka_unit_test(levels_are_one_file_a_model),
         cmocka_unit_test(points_are_models_with_wrap),
         cmocka_unit_test(counts_of_a_resumed_run_agree),
         cmocka_unit_test(other_options_replace_nothing),

@@ -30,14 +30,19 @@ static double quads_with(const qw_trimesh *m, const float *factor, double edge)
     return sum;
 }
 
-/* The certificate of bounded gradation: no edge along which sizes grow by more than a quarter of its length. */
-static void assert_graded(const qw_trimesh *m, const float *factor, double edge)
+/* The certificate of bounded gradation: no edge along which sizes grow by more than this share of its length. Returns
+   the largest share. */
+static double assert_graded(const qw_trimesh *m, const float *factor, double edge, double most)
 {
+    double largest = 0;
     for (uint32_t h = 0; h < 3 * m->face_count; h++) {
         uint32_t a = m->corner[h], b = m->corner[qw_next(h)];
         double length = (double)qw_distance(m->position[a], m->position[b]);
-        assert_true(edge * fabs((double)factor[a] - (double)factor[b]) <= 0.2501 * length + 1e-6);
+        double growth = edge * fabs((double)factor[a] - (double)factor[b]);
+        assert_true(growth <= most * 1.0004 * length + 1e-6);
+        largest = fmax(largest, growth / length);
     }
+    return largest;
 }
 
 static void sizes_are_graded_and_keep_the_count(void **state)
@@ -47,6 +52,7 @@ static void sizes_are_graded_and_keep_the_count(void **state)
     unit_rng r = {7};
     qw_trimesh meshes[] = {unit_torus(env, 90, 40, 0.4f), unit_cube(env, 5), unit_grid(env, 30, 30, false, false),
                            unit_sphere(env, 5), unit_double_torus(env, 3)};
+    double steepest = 0;
     for (int i = 0; i < 5; i++)
         for (int k = 0; k < 4; k++) {
             const qw_trimesh *m = &meshes[i];
@@ -57,9 +63,11 @@ static void sizes_are_graded_and_keep_the_count(void **state)
             qw_surface_cells cells = qw_cells_of_surface(env, m, edge);
             qw_density_wish wish = {edge, k / 3.0, k % 2 ? NULL : painted, true, &cells, NULL};
             float *factor = qw_size_factors(env, m, &wish);
-            assert_graded(m, factor, edge);
+            /* a quarter of the length; beyond the strength that is best for distances more, but not on paint */
+            steepest = fmax(steepest, assert_graded(m, factor, edge, k == 3 ? 0.45 : 0.25));
             assert_true(fabs(quads_with(m, factor, edge) / 1000 - 1) < 0.02);
         }
+    assert_true(steepest > 0.3);
     qw_env_destroy(env);
 }
 

@@ -340,8 +340,9 @@ static void levels_share_a_context_and_a_file(void **state)
     }
     const qw_mesh *const all[3] = {level[0], level[1], level[2]};
     char message[256];
-    assert_int_equal(qw_save_levels(all, 3, "levels.obj", QW_FORMAT_AUTO, message, sizeof message), QW_UNSUPPORTED);
-    assert_int_equal(qw_save_levels(all, 3, "levels.glb", QW_FORMAT_AUTO, message, sizeof message), QW_OK);
+    assert_int_equal(qw_save_levels(all, 3, NULL, "levels.obj", QW_FORMAT_AUTO, message, sizeof message),
+                     QW_UNSUPPORTED);
+    assert_int_equal(qw_save_levels(all, 3, NULL, "levels.glb", QW_FORMAT_AUTO, message, sizeof message), QW_OK);
     char *bytes = text_of("levels.glb");
     assert_true(has_text(bytes, 4096, "\"MSFT_lod\":{\"ids\":[1,2]}"));
     free(bytes);
@@ -350,6 +351,53 @@ static void levels_share_a_context_and_a_file(void **state)
     qw_mesh_destroy(loaded);
     for (int i = 0; i < 3; i++) qw_mesh_destroy(level[i]);
     remove("levels.glb");
+    shape_free(&s);
+}
+
+/* The levels of a mesh whose file has materials and images keep these, once. */
+static void levels_keep_what_a_file_looks_like(void **state)
+{
+    (void)state;
+    shape s = shape_sphere(8);
+    qw_options o = asking(100, 0, 0);
+    qw_mesh *source, *level[2];
+    qw_asset_options maps;
+    qw_asset_report report;
+    const qw_attribute *carried;
+    const qw_image *images;
+    uint32_t count, given;
+    qw_attribute uv;
+    qw_context *context = run_of(&s, &o);
+    qw_mesh_view view = shape_view(&s);
+    qw_asset_options_init(&maps);
+    maps.texture = 64;
+    assert_int_equal(qw_mesh_wrap(&view, NULL, 0, NULL, NULL, NULL, &source), QW_OK);
+    assert_int_equal(qw_unwrap(context, &maps, NULL, &uv, &report), QW_OK);
+    assert_int_equal(qw_bake(context, source, 1u << QW_MAP_NORMAL, &images, &count, &report), QW_OK);
+    assert_int_equal(qw_save_asset(context, &uv, 1, "clothed.glb", QW_FORMAT_AUTO), QW_OK);
+    qw_destroy(context), qw_mesh_destroy(source);
+    assert_int_equal(qw_load("clothed.glb", NULL, &source), QW_OK);
+    view = qw_mesh_get(source);
+    assert_int_equal(qw_create(NULL, &context), QW_OK);
+    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+    for (int i = 0; i < 2; i++) {
+        o.faces = i ? 40 : 80;
+        assert_int_equal(qw_run(context, &o), QW_OK);
+        const qw_attribute *attributes = qw_mesh_attributes(source, &given);
+        qw_transfer_report told = {.size = sizeof told};
+        assert_int_equal(qw_transfer(context, attributes, given, 0, &carried, &told), QW_OK);
+        assert_int_equal(qw_take_level(context, carried, given, &level[i]), QW_OK);
+    }
+    const qw_mesh *const both[2] = {level[0], level[1]};
+    assert_int_equal(qw_save_levels(both, 2, source, "levels.glb", QW_FORMAT_AUTO, NULL, 0), QW_OK);
+    char *bytes = text_of("levels.glb");
+    assert_true(has_text(bytes, 4096, "\"images\":[{\"name\":\"normal\",\"bufferView\":0"));
+    assert_true(has_text(bytes, 4096, "\"normalTexture\":{\"index\":0}") && has_text(bytes, 4096, "\"material\":0"));
+    assert_true(has_text(bytes, 4096, "\"TEXCOORD_0\"") && has_text(bytes, 4096, "\"MSFT_lod\":{\"ids\":[1]}"));
+    free(bytes);
+    for (int i = 0; i < 2; i++) qw_mesh_destroy(level[i]);
+    qw_destroy(context), qw_mesh_destroy(source);
+    remove("levels.glb"), remove("clothed.glb");
     shape_free(&s);
 }
 
@@ -449,6 +497,7 @@ QW_TEST_SUITE(levels)
         cmocka_unit_test(patches_are_written),
         cmocka_unit_test(bytes_are_those_of_a_fresh_run),
         cmocka_unit_test(levels_share_a_context_and_a_file),
+        cmocka_unit_test(levels_keep_what_a_file_looks_like),
         cmocka_unit_test(elements_are_written),
         cmocka_unit_test(shapes_of_elements_are_measured),
     };

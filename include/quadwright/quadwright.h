@@ -586,11 +586,13 @@ QW_API qw_status qw_save_from(qw_context *context, const qw_attribute *attribute
 /* Levels of detail: after each run of a context with another count of options, the result with these attributes (as for
    qw_save_with; copied) as a mesh of its own, which outlives the context; then all of them, the finest first, in one
    file of glTF with a node a level, of which the first names the others (MSFT_lod). What depends on the surface alone
-   is done once. Materials go by their names; a level whose maps were baked (qw_bake) keeps them, and a material of its
-   own, and so do all of the file then. QW_UNSUPPORTED for other formats, which hold one mesh. */
+   is done once. source: the mesh whose attributes they have, transferred: of a glTF file its materials, textures and
+   images come along, not its nodes, skins and animations, as a level is one node; else, or NULL: materials go by their
+   names. A level whose maps were baked (qw_bake) keeps them, and a material of its own, and so do all of the file then.
+   QW_UNSUPPORTED for other formats, which hold one mesh. */
 QW_API qw_status qw_take_level(qw_context *context, const qw_attribute *attributes, uint32_t count, qw_mesh **level);
-QW_API qw_status qw_save_levels(const qw_mesh *const *levels, uint32_t count, const char *path, qw_format format,
-                                char *message, size_t message_size);
+QW_API qw_status qw_save_levels(const qw_mesh *const *levels, uint32_t count, const qw_mesh *source, const char *path,
+                                qw_format format, char *message, size_t message_size);
 /* The same for simulation, MSH, VTU, INP or BDF, of a result that was split once: each four quads as one of second
    order with eight nodes, those of its sides on the surface. QW_ARGUMENT where it was split otherwise. */
 QW_API qw_status qw_save_second_order(qw_context *context, const qw_attribute *attributes, uint32_t count,

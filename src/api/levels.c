@@ -99,6 +99,7 @@ typedef struct save_call {
     qw_env *env;
     const qw_mesh *const *levels;
     uint32_t count;
+    const qw_mesh *source; /* NULL: none */
     const char *path;
     qw_format format;
 } save_call;
@@ -144,17 +145,24 @@ static void save_levels(void *user)
         level[i].attributes = number_materials(call->env, m, materials);
         materials += (int32_t)m->look->tiles;
     }
-    const qw_gltf_rest *pictures = look[0] ? qw_gltf_of_looks(call->env, look, call->count) : NULL;
+    const qw_gltf_rest *pictures = look[0]        ? qw_gltf_of_looks(call->env, look, call->count)
+                                   : call->source ? call->source->gltf
+                                                  : NULL;
     qw_file *file = qw_file_begin(call->env, call->path);
     qw_put_gltf_levels(call->env, file, is_glb, level, call->count, pictures);
     qw_file_finish(file);
 }
 
-qw_status qw_save_levels(const qw_mesh *const *levels, uint32_t count, const char *path, qw_format format,
-                         char *message, size_t message_size)
+qw_status qw_save_levels(const qw_mesh *const *levels, uint32_t count, const qw_mesh *source, const char *path,
+                         qw_format format, char *message, size_t message_size)
 {
     if (message && message_size) message[0] = 0;
-    save_call call = {.env = qw_env_create(NULL, 1), .levels = levels, .count = count, .path = path, .format = format};
+    save_call call = {.env = qw_env_create(NULL, 1),
+                      .levels = levels,
+                      .count = count,
+                      .source = source,
+                      .path = path,
+                      .format = format};
     qw_status status = call.env ? qw_protect(call.env, save_levels, &call) : QW_MEMORY;
     if (status != QW_OK && message && message_size)
         snprintf(message, message_size, "%s", call.env ? qw_env_message(call.env) : qw_status_text(QW_MEMORY));

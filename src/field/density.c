@@ -227,9 +227,22 @@ static const double BEND_POWER[2] = {0.36, 0.2}, DETAIL_POWER = 1.1;
 /* Up to this strength sizes go with the bend alone, which brings the quads nearest to the surface; from there on, more
    and more, with how much there is to see, as people have them. */
 static const double NEAREST = 0.5;
-/* How much the edge length grows at most over its own length. */
-static const double GRADATION = 0.25;
+/* How much the edge length grows at most over its own length: up to NEAREST, and at strength 1. People let it grow by
+   a third to twice as much from one quad to the next where these are few, and with less a face gets no finer than its
+   skull. */
+static const double GRADATION[2] = {0.25, 0.45};
 static const double FITS = 1e-3; /* a factor nearer to 1 than this is met */
+
+/* How far the strength is from NEAREST to 1; 0 below. */
+static double beyond_nearest(const qw_density_wish *wish)
+{
+    return fmax((wish->strength - NEAREST) / (1 - NEAREST), 0);
+}
+
+static double gradation_of(const qw_density_wish *wish)
+{
+    return GRADATION[0] + (GRADATION[1] - GRADATION[0]) * beyond_nearest(wish);
+}
 
 /* twice: float[m->face_count], the doubled areas, or NULL: to be found. */
 static double quads_of_size(const qw_trimesh *m, const float *twice, const float *size)
@@ -260,7 +273,7 @@ static void find_even(qw_env *env, const qw_trimesh *m, const qw_density_wish *w
     const qw_cells *cells = &w->cells;
     cell_sums *sums = sum_up(env, m, cells);
     float *detail = QW_NEW(env, float, cells->count), *near = QW_NEW(env, float, cells->count);
-    double more = fmax((wish->strength - NEAREST) / (1 - NEAREST), 0), details = DETAIL_POWER * more,
+    double more = beyond_nearest(wish), details = DETAIL_POWER * more,
            bends = (BEND_POWER[0] + (BEND_POWER[1] - BEND_POWER[0]) * more) * fmin(wish->strength / NEAREST, 1);
     for (uint32_t c = 0; c < cells->count; c++) w->area[c] = sums[c].area;
     qw_cells_spread(env, cells, &sums->area, SUMS, 1);
@@ -343,7 +356,7 @@ static void fit_cells(qw_env *env, const shape_wish *w, const qw_density_wish *w
             double wanted = fmin(fmin(by * (double)w->even[c], MOST), (double)w->bound[c]);
             size[c] = (float)(wish->edge * fmax(wanted, LEAST));
         }
-        qw_cells_limit(env, &w->cells, size, (float)GRADATION);
+        qw_cells_limit(env, &w->cells, size, (float)gradation_of(wish));
         for (uint32_t c = 0; c < w->cells.count; c++) {
             size[c] /= (float)wish->edge;
             sum += (double)w->area[c] / ((double)size[c] * (double)size[c]), area += (double)w->area[c];
@@ -355,14 +368,14 @@ static void fit_cells(qw_env *env, const shape_wish *w, const qw_density_wish *w
 }
 
 /* The growth of sizes is bounded, and as many quads cover the surface as with one size. */
-static void settle(qw_env *env, const qw_trimesh *m, double edge, float *size)
+static void settle(qw_env *env, const qw_trimesh *m, const qw_density_wish *wish, float *size)
 {
-    double quads = qw_trimesh_area(m);
+    double quads = qw_trimesh_area(m), edge = wish->edge;
     float *twice = QW_NEW(env, float, m->face_count);
     for (uint32_t f = 0; f < m->face_count; f++) twice[f] = qw_length(qw_face_cross(m, f));
     for (int round = 0; round < FIT_ROUNDS; round++) {
         for (uint32_t v = 0; v < m->vertex_count; v++) size[v] *= (float)edge;
-        qw_limit_gradation(env, m, size, (float)(GRADATION / (1 + FITS)));
+        qw_limit_gradation(env, m, size, (float)(gradation_of(wish) / (1 + FITS)));
         for (uint32_t v = 0; v < m->vertex_count; v++) size[v] /= (float)edge;
         double fit = sqrt(quads_of_size(m, twice, size) / quads);
         for (uint32_t v = 0; v < m->vertex_count; v++) size[v] *= (float)fit;
@@ -378,9 +391,10 @@ static void fit_shape(qw_env *env, const qw_trimesh *m, const qw_density_wish *w
     shape_wish w = wish_of_shape(env, m, wish);
     float *of_cell = QW_NEW(env, float, w.cells.count);
     fit_cells(env, &w, wish, of_cell);
-    qw_cells_interpolate(&w.cells, of_cell, (float)(GRADATION / wish->edge), m->position, m->vertex_count, size);
+    qw_cells_interpolate(&w.cells, of_cell, (float)(gradation_of(wish) / wish->edge), m->position, m->vertex_count,
+                         size);
     qw_scope_end(env);
-    settle(env, m, wish->edge, size);
+    settle(env, m, wish, size);
 }
 
 /* Multiplies sizes by 1 / painted density. Growth does not go with the factor, so the count takes a few rounds. */
@@ -392,7 +406,7 @@ static void fit_paint(qw_env *env, const qw_trimesh *m, const qw_density_wish *w
     for (int round = 0; round < FIT_ROUNDS; round++) {
         for (uint32_t v = 0; v < m->vertex_count; v++)
             size[v] = (float)(by * (double)before[v] / (double)wish->painted[v]);
-        qw_limit_gradation(env, m, size, (float)GRADATION);
+        qw_limit_gradation(env, m, size, (float)GRADATION[0]);
         for (uint32_t v = 0; v < m->vertex_count; v++) size[v] /= (float)wish->edge;
         fit = sqrt(qw_quads_of_size(m, size) / quads);
         by *= fit;

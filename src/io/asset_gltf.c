@@ -100,7 +100,7 @@ static void put_list(qw_pen *to, const char *name, const qw_pen *items)
 
 static void put_head(maker *k)
 {
-    k->rest->head = begin_piece(k);
+    k->rest->head = k->rest->look = begin_piece(k);
     if (k->level == QW_NONE)
         qw_pen_text(&k->text, "\"asset\":{" QW_GLTF_ASSET "},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],");
     if (k->texture_count) qw_pen_text(&k->text, "\"samplers\":[{\"magFilter\":9729,\"minFilter\":9987}],");
@@ -123,6 +123,7 @@ qw_gltf_rest *qw_gltf_of_looks(qw_env *env, const qw_asset_look *const *look, ui
     r->views = begin_piece(&k);
     qw_pen_put(&k.text, k.views.at, k.views.size);
     end_piece(&k);
+    r->used = r->required = piece(&k, "");
     r->text = k.text.at, r->bytes = k.bytes.at, r->byte_count = k.bytes.size;
     return r;
 }

@@ -36,6 +36,7 @@ struct qw_gltf_rest {
     size_t *target;                                      /* size_t[]: text: names of attributes, "target:Smile" */
     uint32_t material_count, view_count, accessor_count; /* of what is passed on */
     size_t head;                                         /* text: members of the document, each followed by a comma */
+    size_t look;             /* text: those of them that say what a surface looks like: materials, textures, images */
     size_t nodes_end;        /* text: of the nodes after the last object's mesh; "" where there are none */
     size_t views, accessors; /* text: items, each followed by a comma */
     size_t used;             /* text: extensions that are used, each followed by a comma */
@@ -63,7 +64,8 @@ typedef struct qw_gltf_level {
 } qw_gltf_level;
 
 /* A node and a mesh for each; the first names the others by MSFT_lod, and alone is in the scene. count: at least 1.
-   pictures: what is written of materials, to which labels of faces refer (io/asset.h); NULL: their names. */
+   pictures: what is written of materials, to which labels of faces refer by their numbers (io/asset.h, or what a file
+   held that was read); NULL: their names. */
 void qw_put_gltf_levels(qw_env *env, qw_file *file, bool is_binary, const qw_gltf_level *levels, uint32_t count,
                         const qw_gltf_rest *pictures);
 

@@ -261,6 +261,17 @@ static void put_head(pass *p)
     end_piece(p);
 }
 
+static void put_look(pass *p)
+{
+    static const char *const of_look[] = {"materials", "textures", "samplers", NULL};
+    const qw_json_doc *j = &p->d->json;
+    p->rest->look = begin_piece(p);
+    for (uint32_t i = 0, key = 1; i < j->token[0].count; i++, key = j->token[key + 1].next)
+        if (is_one_of(j, key, of_look)) put_member(p, key), put_text(p, ",");
+    if (p->d->length[QW_GLTF_IMAGES]) put_images(p);
+    end_piece(p);
+}
+
 /* Members of a node that say something of the mesh that it shows are left to that, or no longer true. */
 static void put_nodes(pass *p)
 {
@@ -357,6 +368,7 @@ qw_gltf_rest *qw_gltf_pass_on(qw_gltf_document *d, qw_gltf_object *objects, uint
     find_needed_accessors(&p);
     find_images(&p);
     put_head(&p);
+    put_look(&p);
     put_views(&p);
     put_nodes(&p);
     put_mesh_heads(&p);

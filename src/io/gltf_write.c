@@ -239,15 +239,19 @@ static qw_pen put_levels_document(const qw_gltf_writer *w, uint32_t levels, cons
         qw_pen_text(&out, i == 0 && levels > 1 ? "]}}}" : "}");
     }
     qw_pen_text(&out, "],");
-    if (pictures) qw_pen_text(&out, pictures->text + pictures->head);
+    if (pictures) qw_pen_text(&out, pictures->text + pictures->look);
     else put_materials(w, &out);
     qw_pen_text(&out, "\"meshes\":[");
     qw_pen_put(&out, w->meshes.at, w->meshes.size);
     qw_pen_text(&out, "],");
     put_list(&out, "accessors", "", &w->accessors);
     put_list(&out, "bufferViews", pictures ? pictures->text + pictures->views : "", &w->views);
-    qw_pen_text(&out, levels > 1 ? "\"extensionsUsed\":[\"FB_ngon_encoding\",\"MSFT_lod\"],"
-                                 : "\"extensionsUsed\":[\"FB_ngon_encoding\"],");
+    qw_pen_text(&out, "\"extensionsUsed\":[");
+    if (pictures) qw_pen_text(&out, pictures->text + pictures->used);
+    qw_pen_text(&out, levels > 1 ? "\"FB_ngon_encoding\",\"MSFT_lod\"]," : "\"FB_ngon_encoding\"],");
+    if (pictures && pictures->text[pictures->required])
+        qw_pen_text(&out, "\"extensionsRequired\":["), qw_pen_text(&out, pictures->text + pictures->required),
+            qw_pen_text(&out, "],");
     qw_pen_print(&out, "\"buffers\":[{\"byteLength\":%zu", w->bytes.size);
     return out;
 }
