@@ -710,7 +710,7 @@ static void memory_limit(void **state)
         qw_mesh_view view = shape_view(&s);
         assert_int_equal(qw_create(&host, &context), QW_OK);
         size_t own = f.held; /* of the context and its environment, which do not count */
-        assert_true(own <= 61440);
+        assert_true(own <= 65536);
         qw_status status = qw_set_mesh(context, &view);
         if (status == QW_OK) status = qw_run(context, &options);
         assert_int_equal(status, part == 8 ? QW_OK : QW_MEMORY);
