@@ -122,7 +122,7 @@ static void what_is_taken_is_what_it_was(void **state)
     for (int open = 0; open < 2; open++)
         for (int i = 0; i < (open ? 1 : 4); i++) {
             shape s = open ? shape_disc(8) : shape_cube(2);
-            int64_t faces = open ? 40 : counts[i];
+            int64_t faces = open ? 56 : counts[i];
             qw_context *context = context_of(&s, faces, QW_STAGE_ASSEMBLE);
             const qw_history *h = &state_of(context)->history;
             assert_true(h->count > 1);
