@@ -16,7 +16,7 @@ enum {
 };
 static const double TOLERANCE = 1e-3;
 /* How much a distance along the shape counts, squared, beside one from it. */
-static const double ALONG = 0.1;
+static const double ALONG = 0.03;
 /* How much it counts that vertices go other ways than their neighbours: without, the cage follows detail that it has no
    room for, and its corners are held back. */
 static const double FAIR = 0.003;
