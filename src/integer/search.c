@@ -43,7 +43,7 @@ static void gather(qw_env *env, const qw_search *s, qw_search_result *result, qw
 }
 
 /* Integers without regard to lines: what sizes, moves, noise and, where the wish says so, parting of curves find. */
-static qw_search choose_integers(qw_env *env, qw_components *components, const qw_search_wish *wish, uint32_t *tries)
+static qw_search find_without_lines(qw_env *env, qw_components *components, const qw_search_wish *wish, uint32_t *tries)
 {
     qw_search s = qw_search_begin(env, components, wish);
     qw_search_sizes(env, &s);
@@ -72,7 +72,7 @@ static void keep_apart(qw_env *env, qw_components *components, qw_search *s, uin
     for (uint32_t p = 0; p < components->count; p++) qw_set_signs(env, &components->component[p]);
     qw_search_wish wish = s->wish;
     wish.apart = true;
-    qw_search other = choose_integers(env, components, &wish, tries);
+    qw_search other = find_without_lines(env, components, &wish, tries);
     uint32_t left = count_touching(env, &other);
     double off = fabs(s->sum.area - quads), now = fabs(other.sum.area - quads),
            bound = quads * QW_COUNT_MARGIN * qw_count_tolerance(quads, wish.times);
@@ -94,7 +94,7 @@ qw_search_result qw_search_integers(qw_env *env, qw_components *components, cons
     qw_scope_begin(env);
     qw_search_wish plain = *wish;
     plain.apart = false;
-    qw_search s = choose_integers(env, components, &plain, &result.tries);
+    qw_search s = find_without_lines(env, components, &plain, &result.tries);
     if (wish->apart) keep_apart(env, components, &s, &result.tries);
     result.meetings = qw_search_meet(env, &s);
     gather(env, &s, &result, d);

@@ -21,8 +21,8 @@ typedef struct qw_search_result {
     qw_meeting_counts meetings;   /* summed over the components */
 } qw_search_result;
 
-/* d: qw_int2[edges of the whole], receives what was found. The components get
-   signs where curves touched and that parted them. In the current scope. */
+/* d: qw_int2[edges of the whole], receives what was found. Components get signs (touching.h) where the wish is that
+   curves are parted, some touched, and a search with signs parted them. In the current scope. */
 qw_search_result qw_search_integers(qw_env *env, qw_components *components, const qw_search_wish *wish, qw_int2 *d);
 
 #endif

@@ -12,11 +12,10 @@ static const double SIZE_RANGE = 0.03;
 enum { MOST_TRIES = 17 };
 /* Noise is increased by so much, in quads, each time that all sizes have been tried. */
 static const float NOISE = 0.4f;
-/* Weights of the score, a unit each of: an open component, a share of the count, the same beyond the promise, an
-   inverted triangle (which later stages must repair; as bad as a percent of the count), a contracted part, the square
-   root of the number of touching curves. */
-static const double OPEN_WEIGHT = 1e6, COUNT_WEIGHT = 100, BROKEN_WEIGHT = 1000, INVERTED_WEIGHT = 1,
-                    COLLAPSE_WEIGHT = 1, TOUCHING_WEIGHT = 1;
+/* Weights of the score: of an open component, of the share by which the count is off, and of what is beyond the
+   promise. An inverted triangle, which later stages must repair, counts 1, as much as a percent of the count; so do a
+   contracted part and the square root of the number of touching curves. */
+static const double OPEN_WEIGHT = 1e6, COUNT_WEIGHT = 100, BROKEN_WEIGHT = 1000;
 
 qw_search qw_search_begin(qw_env *env, const qw_components *components, const qw_search_wish *wish)
 {
@@ -106,8 +105,8 @@ double qw_search_score(const qw_search *s, const qw_search_total *sum)
     double off = fabs(sum->area / s->wish.quads - 1);
     double count = COUNT_WEIGHT * fmax(off - QW_SEARCH_COUNT_FREE, 0) + BROKEN_WEIGHT * qw_search_miss(s, sum);
     double cost = s->edges ? sum->cost / s->edges : 0;
-    return OPEN_WEIGHT * (double)sum->open + count + cost + INVERTED_WEIGHT * (double)sum->inverted +
-           COLLAPSE_WEIGHT * (double)sum->collapsed + TOUCHING_WEIGHT * sqrt((double)sum->touching);
+    return OPEN_WEIGHT * (double)sum->open + count + cost + (double)sum->inverted + (double)sum->collapsed +
+           sqrt((double)sum->touching);
 }
 
 void qw_search_copy(const qw_search *s, qw_trial *to, const qw_trial *from)

@@ -13,7 +13,7 @@ typedef struct qw_search_wish {
                           constraint. Scaled by the size, it is added to the number of quads. */
     double loops;      /* the option of that name: how much lines are made to meet; 0: not at all */
     double effort;     /* share of the usual effort, up to 1 */
-    bool apart;        /* curves that touch are to be parted (touching.h): what does so has signs */
+    bool apart;        /* curves that touch are to be parted (touching.h), for which the complexes get signs */
 } qw_search_wish;
 
 #endif

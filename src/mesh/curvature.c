@@ -10,9 +10,8 @@
 #include <string.h>
 
 enum {
-    CELL_BITS = 21,      /* a coordinate of a cell */
-    PIECES_A_BUCKET = 1, /* on the average: every ball looks into 27 */
-    GRAIN = 4096,        /* edges or triangles a block */
+    CELL_BITS = 21, /* a coordinate of a cell */
+    GRAIN = 4096,   /* edges or triangles a block */
     /* Pieces of area in a square of the ball's radius, of which a ball has about three times as many: where curvature
        is measured, and where fields follow it. */
     PIECES_MEASURED = 32,
@@ -160,11 +159,12 @@ static uint32_t bucket_of(const piece_grid *g, cell c)
 /* Equal for no two cells of the 3 x 3 x 3 around one. */
 static uint32_t told_cell(cell c) { return (uint32_t)((c.x & 3) | (c.y & 3) << 2 | (c.z & 3) << 4); }
 
-/* Stable counting sort, so that sums over a bucket have one order. */
+/* Stable counting sort, so that sums over a bucket have one order. There are as many buckets as pieces, as every ball
+   looks into 27. */
 static piece_grid group_pieces(qw_env *env, piece *pieces, uint32_t count, float radius)
 {
     piece_grid g = {.mask = 1};
-    while (g.mask < count / PIECES_A_BUCKET) g.mask = 2 * g.mask + 1;
+    while (g.mask < count) g.mask = 2 * g.mask + 1;
     g.begin = QW_NEW_ZERO(env, uint32_t, (size_t)g.mask + 2);
     g.piece = QW_NEW(env, piece, count);
     uint32_t *bucket = QW_NEW(env, uint32_t, count);

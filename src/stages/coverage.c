@@ -252,7 +252,7 @@ static uint8_t *hold_others(qw_env *env, const qw_quadmesh *q, uint32_t first)
     return held;
 }
 
-/* How many quads there are to be in the end. */
+/* The fewest and the most quads that there may be in the end. */
 static int64_t least_of_all(const qw_run_state *run)
 {
     return qw_least_faces(qw_faces_with_reserve(run), QW_FIT_MARGIN, qw_times_used(run));
@@ -262,7 +262,8 @@ static int64_t most_of_all(const qw_run_state *run)
     return qw_most_faces(qw_faces_with_reserve(run), QW_FIT_MARGIN, qw_times_used(run));
 }
 
-/* Quads that were kept for what sticks out are to be used up. */
+/* Whether so many faces are not too many and, where the plan keeps quads for what sticks out, not too few: what was
+   kept is to be used up. */
 static bool is_count_met(const qw_run_state *run, int64_t faces)
 {
     return faces <= most_of_all(run) && (faces >= least_of_all(run) || run->plan.reserve == 0);
