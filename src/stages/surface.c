@@ -30,12 +30,12 @@
 static const double SURFACE_STEP = 3.16227766016838;
 /* A surface with more than DENSE times the triangles that it would have with edges of CONDENSED times the quads' is
    coarsened to those edges. */
-static const float CONDENSED = 0.25f;
+static const float CONDENSED = 0.4f;
 /* Of the mean edge: the smallest quads for which a surface is kept fine enough where quads differ in size. */
 static const double SMALLER = 1.0 / 3;
 /* A surface kept for quads of less than this share of the mean edge is coarsened again where quads are larger. */
 static const double COARSEN_TWICE = 0.5;
-static const double DENSE = 1.5;
+static const double DENSE = 1.1;
 /* Radius of normal smoothing, in edge lengths of the quads for a smoothness of 1: docs/dev/decisions/orientation.md. */
 static const double NORMAL_RADIUS = 0.75;
 /* A feature curve has a corner where it turns by more than QW_CORNER_ANGLE both at the vertex itself and between the
