@@ -56,10 +56,10 @@ static const remedy table[] = {
     {"membrane and search", false, FOR_DOUBTFUL, {1, 3}, 0, QW_MEMBRANE_SEARCH, QW_ON_CURVES, ANY, 0, {20000, 5}},
     {"membrane, corners slide", false, FOR_FLIPPED, {1, 3}, 0, QW_MEMBRANE, QW_CORNERS_SLIDE, ANY, 0.4f, {50000, 10}},
     {"search, corners slide", false, FOR_CORNERS, {1, 2}, 0, QW_SEARCH, QW_CORNERS_SLIDE, ANY, 0, {20000, 5}},
-    {"off the curves", true, FOR_FLIPPED, {2, 2}, 0, QW_SEARCH_BOTH, QW_OFF_CURVES, 0, 0, {100000, 5}},
-    {"one move", true, FOR_FLIPPED, {2, 2}, 1, QW_SEARCH_BOTH, QW_OFF_CURVES, 0, 0, {200000, 10}},
-    {"two moves", true, FOR_FLIPPED, {2, 2}, 2, QW_SEARCH_BOTH, QW_OFF_CURVES, 0, 0, {200000, 10}},
-    {"one move, corners give way", true, FOR_FLIPPED, {2, 2}, 1, QW_SEARCH_BOTH, QW_OFF_CURVES, 4, 0, {200000, 10}},
+    {"off the curves", true, FOR_FLIPPED, {2, 2}, 0, QW_SEARCH_BOTH, QW_OFF_CURVES, 0, 0, {50000, 5}},
+    {"one move", true, FOR_FLIPPED, {2, 2}, 1, QW_SEARCH_BOTH, QW_OFF_CURVES, 0, 0, {50000, 20}},
+    {"two moves", true, FOR_FLIPPED, {2, 2}, 2, QW_SEARCH_BOTH, QW_OFF_CURVES, 0, 0, {50000, 20}},
+    {"one move, corners give way", true, FOR_FLIPPED, {2, 2}, 1, QW_SEARCH_BOTH, QW_OFF_CURVES, 4, 0, {50000, 20}},
 };
 enum { REMEDIES = sizeof table / sizeof *table, PASSES = 2 };
 

@@ -303,12 +303,23 @@ void qw_patch_place(qw_repair_site *s, qw_patch *p, qw_placing placing)
 
 /* ---- back to the curves */
 
+/* Of the quads around v. */
+static qw_faults faults_around(qw_repair_site *s, const qw_patch *p, uint32_t v)
+{
+    qw_faults sum = {0, 0, 0};
+    for (uint32_t k = p->begin[v]; k < p->begin[v + 1]; k++)
+        qw_add_faults(&sum, qw_patch_faults_of(s, p, p->around[k] / 4), 1);
+    return sum;
+}
+
 /* Moves v to `to` if that adds no faults; returns whether it did. */
 static bool may_go(qw_repair_site *s, qw_patch *p, uint32_t v, qw_vec3 to)
 {
     qw_vec3 from = p->position[v], ground = p->ground[v];
+    qw_faults now = p->faults;
+    qw_add_faults(&now, faults_around(s, p, v), -1);
     p->position[v] = to, p->ground[v] = qw_v3(0, 0, 0);
-    qw_faults now = qw_patch_faults(s, p);
+    qw_add_faults(&now, faults_around(s, p, v), 1);
     if (!qw_fewer_faults(p->faults, now)) {
         p->faults = now;
         return true;
