@@ -85,14 +85,18 @@ static void chamfers_leave_no_strip_that_crosses_itself(void **state)
     shape_free(&s);
 }
 
-/* Without it, and without lines that meet, the quads lie as few irregular vertices have them. */
+/* Without it, and without lines that meet, the quads lie as few irregular vertices have them: at any angle. */
 static void none_is_asked_for(void **state)
 {
     (void)state;
     int64_t irregular;
+    double sum = 0;
     shape s = shape_of_sheet(&(shape_sheet){48, 56, true, false, false, at_capsule});
-    assert_true(quality_of(&s, 300, 0, &irregular).follow > 10);
-    assert_int_equal(irregular, 8);
+    for (int64_t faces = 260; faces < 360; faces += 10) {
+        sum += quality_of(&s, faces, 0, &irregular).follow;
+        assert_int_equal(irregular, 8);
+    }
+    assert_true(sum > 4 * 10); /* followed, each is below 3 */
     shape_free(&s);
 }
 

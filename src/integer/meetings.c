@@ -21,7 +21,7 @@ static const double FIRST_REACH = 4;
    two came later. WORK: triangles of all layouts looked at; the search of candidates costs about as much as SEARCH
    attempts. ROOM: triangles for each of the complex. NEAREST_WORK: triangles of the offsets looked at that keep what is
    held. AT_A_TIME: candidates picked. */
-enum { IN_VAIN = 250, WORK = 600000, SEARCH = 20, ROOM = 4, NEAREST_WORK = 50000, AT_A_TIME = 64 };
+enum { IN_VAIN = 250, WORK = 600000, SEARCH = 20, ROOM = 4, NEAREST_WORK = 12500, AT_A_TIME = 64 };
 /* Bytes of a lane: LANE_LEAST and so many a face that there is room for, which has been enough for 88 meshes. Where
    that is more than LANE_MOST there are no lanes. */
 enum { LANE_LEAST = 1 << 20, LANE_A_FACE = 900, LANE_MOST = 1 << 24 };
