@@ -294,10 +294,10 @@ static qw_status parse_memory(parser *p, const char *value)
 
 static qw_status parse_color(parser *p, const char *value)
 {
-    if (!same_text(value, "follow", true))
-        return refuse(p, QW_ARGUMENT, "--color must be follow, not \"%.40s\"", value);
-    p->out->follow = true;
-    return QW_OK;
+    p->out->follow = same_text(value, "follow", true);
+    p->out->own_colours = same_text(value, "own", true);
+    if (p->out->follow || p->out->own_colours) return QW_OK;
+    return refuse(p, QW_ARGUMENT, "--color must be follow or own, not \"%.40s\"", value);
 }
 
 static qw_status apply(parser *p, const qw_switch_row *row, const char *value)

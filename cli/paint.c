@@ -1,4 +1,4 @@
-/* Quads coloured by their angle to the shape, lines of the base complex, and a single chord. */
+/* Faces in their own colours or by their angle to the shape, lines of the base complex, and a single chord. */
 #include "scene.h"
 
 #include "mesh/base_complex.h"
@@ -67,10 +67,59 @@ static void mark_lines(scene *s, const qw_base_complex *b)
     }
 }
 
-void scene_paint(qw_env *env, scene *s, const render_options *options)
+/* ---- own colours */
+
+/* Where in a at->values a corner's element begins. */
+static const float *value_at(const qw_attribute *at, const scene *s, uint32_t corner)
 {
-    if (!options->follow && !options->lines && !options->chord) return;
+    uint32_t of[] = {
+        [QW_PER_VERTEX] = s->mesh->corners[corner], [QW_PER_CORNER] = corner, [QW_PER_FACE] = s->edges.face[corner]};
+    return at->values + (size_t)at->components * of[at->domain];
+}
+
+/* Each face has the mean of its corners' colours. */
+static void paint_colours(scene *s, const qw_attribute *colours)
+{
+    for (uint32_t f = 0; f < s->mesh->face_count; f++) {
+        uint32_t begin = s->edges.face_begin[f], end = s->edges.face_begin[f + 1];
+        uint8_t colour[3];
+        for (uint32_t k = 0; k < 3; k++) {
+            float sum = 0;
+            for (uint32_t c = begin; c < end; c++) sum += value_at(colours, s, c)[k];
+            colour[k] = (uint8_t)(255 * fminf(fmaxf(sum / (float)(end - begin), 0), 1) + 0.5f);
+        }
+        put(s, f, colour, 255);
+    }
+}
+
+/* Labels beyond the last colour begin with the first again; a face without one keeps the material. */
+static void paint_labels(scene *s, const qw_attribute *labels)
+{
+    static const uint8_t colours[][3] = {{232, 170, 84},  {104, 154, 204}, {140, 184, 112},
+                                         {206, 116, 116}, {164, 138, 200}, {120, 190, 190}};
+    for (uint32_t f = 0; f < s->mesh->face_count; f++)
+        if (labels->labels[f] >= 0)
+            put(s, f, colours[(uint32_t)labels->labels[f] % (sizeof colours / sizeof *colours)], 255);
+}
+
+/* The colours of the mesh where it has some, else its first labels of faces: materials before groups. */
+static void paint_own(scene *s, const render_panel *panel)
+{
+    const qw_attribute *labels = NULL;
+    for (uint32_t i = 0; i < panel->attribute_count; i++) {
+        const qw_attribute *at = &panel->attributes[i];
+        if (at->kind == QW_VALUES && at->components >= 3 && strcmp(at->name, "color") == 0) return paint_colours(s, at);
+        bool of_faces = at->kind == QW_LABELS && at->domain == QW_PER_FACE;
+        if (of_faces && (!labels || strcmp(at->name, "material") == 0)) labels = at;
+    }
+    if (labels) paint_labels(s, labels);
+}
+
+void scene_paint(qw_env *env, scene *s, const render_panel *panel, const render_options *options)
+{
+    if (!options->own_colours && !options->follow && !options->lines && !options->chord) return;
     s->paint = qw_alloc_zero(env, s->mesh->face_count, sizeof *s->paint);
+    if (options->own_colours) paint_own(s, panel);
     qw_scope_begin(env);
     qw_base_complex b = qw_find_base_complex(env, s->mesh, &s->edges);
     if (options->follow) paint_angles(env, s, &b, options->follow);

@@ -127,7 +127,7 @@ static void make_scenes(sheet *s)
     qw_frame common = frame_of(all_lo, all_hi);
     for (uint32_t i = 0; i < s->count; i++)
         s->scenes[i] = scene_make(s->env, s->panels[i].mesh, s->shared ? &common : &frames[i]);
-    for (uint32_t i = 0; i < s->count; i++) scene_paint(s->env, &s->scenes[i], &s->options);
+    for (uint32_t i = 0; i < s->count; i++) scene_paint(s->env, &s->scenes[i], &s->panels[i], &s->options);
 }
 
 /* ---- heading */

@@ -9,7 +9,9 @@
 /* One mesh of a sheet. Several stand side by side, in the same scale where they are about the same size and place. */
 typedef struct render_panel {
     const qw_mesh_view *mesh;
-    const char *caption; /* ASCII; NULL: none */
+    const char *caption;            /* ASCII; NULL: none */
+    const qw_attribute *attributes; /* qw_attribute[attribute_count], of the mesh: for own_colours; NULL: none */
+    uint32_t attribute_count;
 } render_panel;
 
 typedef struct render_options {
@@ -20,6 +22,7 @@ typedef struct render_options {
     bool labels;            /* captions and counts */
     /* colours quads by their angle to the principal directions of this surface; NULL: not */
     const qw_mesh_view *follow;
+    bool own_colours;          /* faces have the mesh's own colours, or one for each material or group */
     bool lines;                /* lines of the base complex: straight on from irregular vertices */
     uint32_t chord;            /* colours one strip of quads: 1 is the longest; 0: none */
     double azimuth, elevation; /* degrees, of the first view: to the right of the front (+z), and above it (+y) */

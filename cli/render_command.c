@@ -19,6 +19,7 @@ static render_options options_of(const qw_arguments *a)
     if (a->width) options.width = (uint32_t)a->width;
     if (a->height) options.height = (uint32_t)a->height;
     if (a->views) options.views = (uint32_t)a->views;
+    options.own_colours = a->own_colours;
     options.lines = a->lines;
     options.chord = (uint32_t)a->chord;
     if (a->azimuth != QW_UNSET_ANGLE) options.azimuth = (double)a->azimuth;
@@ -55,11 +56,13 @@ int qw_command_render(const qw_arguments *a)
         code = qw_load_or_complain(path, &loading, &meshes[i]);
         views[i] = qw_mesh_get(meshes[i]);
         panels[i] = (render_panel){.mesh = &views[i], .caption = base_name(path)};
+        if (code == 0) panels[i].attributes = qw_mesh_attributes(meshes[i], &panels[i].attribute_count);
     }
     qw_mesh *against = NULL;
     if (code == 0 && a->limit) {
         code = qw_take_limit(&loading, &meshes[0]);
         views[0] = qw_mesh_get(meshes[0]);
+        panels[0].attribute_count = 0; /* the limit surface has none */
     }
     if (code == 0 && a->follow) code = qw_load_or_complain(a->against, &loading, &against);
     const qw_mesh_view surface = qw_mesh_get(against);

@@ -34,8 +34,8 @@ typedef struct scene {
 
 /* The box of the vertices that faces use; false without any. */
 bool scene_box(const qw_mesh_view *mesh, double lo[3], double hi[3]);
-/* What the options ask to be seen of the quads: angles, lines, a chord. */
-void scene_paint(qw_env *env, scene *s, const render_options *options);
+/* What the options ask to be seen of the faces: their own colours, angles, lines, a chord. */
+void scene_paint(qw_env *env, scene *s, const render_panel *panel, const render_options *options);
 scene scene_make(qw_env *env, const qw_mesh_view *mesh, const qw_frame *frame);
 
 #endif

@@ -102,9 +102,10 @@ static const qw_switch_row switches[] = {
     {SWITCH_HEIGHT, RENDER, "height", NULL, "N", NULL, NULL, "render: pixels down, 16 to 16384; 1200 unless given"},
     {SWITCH_VIEWS, RENDER, "views", NULL, "N", NULL, NULL,
      "render: 1, 2, 4 or 6 views of each mesh; unless given 4 of a single one, 1 of each of several"},
-    {SWITCH_COLOR, RENDER, "color", NULL, "follow", NULL, NULL,
-     "render: colour quads by the angle between their edges and the principal directions of the surface named by "
-     "--against, from blue (0 degrees) to red (45), where these are clear"},
+    {SWITCH_COLOR, RENDER, "color", NULL, "follow|own", NULL, NULL,
+     "render: follow colours quads by the angle between their edges and the principal directions of the surface named "
+     "by --against, from blue (0 degrees) to red (45), where these are clear; own shows the colours of the mesh's "
+     "vertices, or where it has none a colour for each material, group or other label of its faces"},
     {SWITCH_LINES, RENDER, "lines", NULL, NULL, NULL, NULL,
      "render: draw the lines that leave irregular vertices straight on; they cut the quads into the patches that "
      "measure "
@@ -120,7 +121,8 @@ static const qw_switch_row switches[] = {
     {SWITCH_FROM_STAGE, REMESH, "from-stage", NULL, "FILE", NULL, NULL,
      "go on from a state that --dump-stage wrote, instead of reading a mesh"},
     {SWITCH_PRESET, REMESH | BATCH, "preset", NULL, "NAME", NULL, NULL,
-     "options that suit a kind of surface: scan, character, cad, game or print (quadwright help presets); options that "
+     "options that suit a kind of surface: scan, character, cad, game, print or soup (quadwright help presets); "
+     "options that "
      "are given beside it win"},
     {SWITCH_SHARP, REMESH | BATCH, "sharp", NULL, "auto|none|marks|ANGLE", NULL, NULL,
      "which edges are sharp: those found by a suitable angle, none, those that the input marks, or those above an "

@@ -112,7 +112,7 @@ static void test_cube(void **state)
 {
     (void)state;
     qw_mesh_view m = cube();
-    render_panel panel = {&m, "a cube"};
+    render_panel panel = {.mesh = &m, .caption = "a cube"};
     for (uint32_t views = 1; views <= 6; views += views == 1 ? 1 : 2) {
         render_options o = small(views);
         image im = render(&panel, 1, &o);
@@ -144,7 +144,7 @@ static void test_concave(void **state)
                             .uniform_face_size = 8,
                             .positions = points,
                             .corners = corners};
-    render_panel panel = {&m, NULL};
+    render_panel panel = {.mesh = &m};
     render_options o = small(1);
     o.wires = false, o.azimuth = o.elevation = 0;
     image im = render(&panel, 1, &o);
@@ -181,12 +181,12 @@ static void test_paint(void **state)
     (void)state;
     static const uint8_t blue[3] = {38, 120, 200}, orange[3] = {244, 148, 40};
     qw_mesh_view m = cube();
-    render_panel panel = {&m, "a cube"};
+    render_panel panel = {.mesh = &m, .caption = "a cube"};
     render_options o = small(1);
     o.dots = false;
     image plain = render(&panel, 1, &o);
     qw_mesh_view folded = roof();
-    render_panel fold = {&folded, "a roof"};
+    render_panel fold = {.mesh = &folded, .caption = "a roof"};
     o.follow = &folded;
     image angles = render(&fold, 1, &o);
     o.follow = NULL, o.chord = 1;
@@ -198,6 +198,38 @@ static void test_paint(void **state)
     static const uint8_t line[3] = {0, 60, 170};
     assert_true(count_hue(lines, line) > 200 && count_hue(plain, line) == 0);
     stbi_image_free(plain.rgb), stbi_image_free(angles.rgb), stbi_image_free(strip.rgb), stbi_image_free(lines.rgb);
+}
+
+/* Halves of two materials, beside groups that are not shown; then colours, which go before both. */
+static void test_own_colours(void **state)
+{
+    (void)state;
+    int32_t group[16] = {0}, material[16];
+    float colour[25][3];
+    for (int f = 0; f < 16; f++) material[f] = f % 4 < 2 ? 0 : 1;
+    for (int v = 0; v < 25; v++) colour[v][0] = 0, colour[v][1] = 1, colour[v][2] = 0;
+    const qw_attribute attributes[3] = {
+        {.name = "group", .domain = QW_PER_FACE, .kind = QW_LABELS, .components = 1, .count = 16, .labels = group},
+        {.name = "material",
+         .domain = QW_PER_FACE,
+         .kind = QW_LABELS,
+         .components = 1,
+         .count = 16,
+         .labels = material},
+        {.name = "color", .domain = QW_PER_VERTEX, .components = 3, .count = 25, .values = colour[0]}};
+    const qw_mesh_view m = roof();
+    render_panel panel = {.mesh = &m, .attributes = attributes, .attribute_count = 2};
+    render_options o = small(1);
+    o.own_colours = true, o.wires = o.dots = false, o.azimuth = 0, o.elevation = 89;
+    image im = render(&panel, 1, &o);
+    const uint8_t *left = im.rgb + 3 * (120 + 400 * 150), *right = im.rgb + 3 * (280 + 400 * 150);
+    assert_true(left[0] > left[2] + 40 && right[2] > right[0] + 40); /* orange and blue */
+    stbi_image_free(im.rgb);
+    panel.attribute_count = 3;
+    im = render(&panel, 1, &o);
+    right = im.rgb + 3 * (280 + 400 * 150);
+    assert_true(right[1] > right[0] + 40 && right[1] > right[2] + 40);
+    stbi_image_free(im.rgb);
 }
 
 /* From the front of a cube whose front is open: the inside, in the tint of back faces, and the boundary's colour around
@@ -215,7 +247,7 @@ static void test_open(void **state)
     }
     assert_int_equal(kept, 20);
     m.face_count = kept;
-    render_panel panel = {&m, NULL};
+    render_panel panel = {.mesh = &m};
     render_options o = small(1);
     o.azimuth = o.elevation = 0;
     image im = render(&panel, 1, &o);
@@ -242,7 +274,7 @@ static void test_several(void **state)
                       .uniform_face_size = 3,
                       .positions = fins,
                       .corners = book};
-    render_panel panels[2] = {{&m, "left"}, {&b, "right"}};
+    render_panel panels[2] = {{.mesh = &m, .caption = "left"}, {.mesh = &b, .caption = "right"}};
     render_options o = small(0);
     o.labels = true;
     image im = render(panels, 2, &o);
@@ -260,7 +292,7 @@ static void test_threads(void **state)
 {
     (void)state;
     qw_mesh_view m = cube();
-    render_panel panel = {&m, NULL};
+    render_panel panel = {.mesh = &m};
     render_options o = small(4);
     o.threads = 1;
     image first = render(&panel, 1, &o);
@@ -282,7 +314,7 @@ static void test_failures(void **state)
 {
     (void)state;
     qw_mesh_view m = cube(), none = m, bad = m;
-    render_panel panel = {&m, NULL};
+    render_panel panel = {.mesh = &m};
     render_options o = small(1);
     expect_failure(&panel, &o, QW_BINARY_DIR "/no such folder/a.png", "no such folder");
     expect_failure(&panel, &o, QW_BINARY_DIR, QW_BINARY_DIR); /* a folder: written beside it, cannot be renamed */
@@ -309,7 +341,7 @@ static void test_no_memory(void **state)
 {
     (void)state;
     qw_mesh_view m = cube();
-    render_panel panel = {&m, "cube"};
+    render_panel panel = {.mesh = &m, .caption = "cube"};
     render_options o = small(1);
     o.width = 64, o.height = 48, o.threads = 1, o.follow = &m, o.lines = true, o.chord = 1;
     for (int lasting = 0; lasting < 2; lasting++) {
@@ -382,9 +414,9 @@ static void test_raster(void **state)
 QW_TEST_SUITE(render)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_paint),   cmocka_unit_test(test_cube),    cmocka_unit_test(test_open),
-        cmocka_unit_test(test_several), cmocka_unit_test(test_threads), cmocka_unit_test(test_failures),
-        cmocka_unit_test(test_raster),  cmocka_unit_test(test_concave),
+        cmocka_unit_test(test_paint),    cmocka_unit_test(test_own_colours), cmocka_unit_test(test_cube),
+        cmocka_unit_test(test_open),     cmocka_unit_test(test_several),     cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_failures), cmocka_unit_test(test_raster),      cmocka_unit_test(test_concave),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -9,6 +9,7 @@ _quadwright() {
     --bake) words="input all color,normal,orm,emission,occlusion,height " ;;
     --normals) words="input none smooth split " ;;
     --patches-from) words="quads blocks " ;;
+    --color) words="follow own " ;;
     --sharp) words="auto none marks ANGLE " ;;
     --flow) words="mf mf-mr mcf mcf-mr ilp closed " ;;
     --cost) words="plain geometric " ;;

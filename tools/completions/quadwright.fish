@@ -35,7 +35,7 @@ complete -c quadwright -l coarse -r -d 'write there the quads that --subdivide h
 complete -c quadwright -l width -r -d 'render'
 complete -c quadwright -l height -r -d 'render'
 complete -c quadwright -l views -r -d 'render'
-complete -c quadwright -l color -r -d 'render'
+complete -c quadwright -l color -r -f -a 'follow own ' -d 'render'
 complete -c quadwright -l lines -d 'render'
 complete -c quadwright -l chord -r -d 'render'
 complete -c quadwright -l azimuth -r -d 'render'
