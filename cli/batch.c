@@ -185,6 +185,9 @@ static qw_status say(making *k, qw_status status, const char *message)
     return status;
 }
 
+/* The status of what the context was asked to do, with the context's own sentence, which is read after it. */
+static qw_status said(making *k, qw_status status) { return say(k, status, qw_message(k->context)); }
+
 static qw_status load(making *k, const qw_host *host)
 {
     const qw_arguments *a = k->arguments;
@@ -205,19 +208,18 @@ static qw_status begin(making *k, const qw_host *host)
     const qw_arguments *a = k->arguments;
     qw_mesh_view input = qw_mesh_get(k->mesh);
     if (qw_create(host, &k->context) != QW_OK) return say(k, QW_MEMORY, qw_status_text(QW_MEMORY));
-    qw_status status = say(k, qw_set_mesh(k->context, &input), qw_message(k->context));
+    qw_status status = said(k, qw_set_mesh(k->context, &input));
     if (status == QW_OK && a->density) status = qw_paint_density(k->context, k->mesh, a->density, k->message, k->size);
     return status;
 }
 
 static qw_status remesh(making *k, const qw_arguments *a)
 {
-    qw_status status = say(k, qw_run(k->context, &a->options), qw_message(k->context));
+    qw_status status = said(k, qw_run(k->context, &a->options));
     const qw_attribute *attributes = qw_mesh_attributes(k->mesh, &k->carried_count);
     if (a->bare) k->carried_count = 0;
     if (status == QW_OK && k->carried_count > 0)
-        status = say(k, qw_transfer(k->context, attributes, k->carried_count, 0, &k->carried, &k->transfer),
-                     qw_message(k->context));
+        status = said(k, qw_transfer(k->context, attributes, k->carried_count, 0, &k->carried, &k->transfer));
     k->has_transfer = k->carried_count > 0;
     return status;
 }
@@ -232,7 +234,7 @@ static qw_status dress(making *k, const qw_arguments *a)
     qw_status status = qw_unwrap_carried(k->context, a, k->carried, &k->carried_count, &list, &k->asset);
     k->carried = list;
     if (status == QW_OK && a->bake) status = qw_bake(k->context, k->mesh, a->maps, &images, &count, &k->asset);
-    return say(k, status, qw_message(k->context));
+    return said(k, status);
 }
 
 /* The levels, the coarsest first: what is said of the model is said of the finest, the last. */
@@ -245,9 +247,7 @@ static qw_status make_levels(making *k)
         for (int64_t j = 0; j < i; j++) qw_halve_texture(&one.asset);
         status = remesh(k, &one);
         if (status == QW_OK) status = dress(k, &one);
-        if (status == QW_OK)
-            status = say(k, qw_take_level(k->context, k->carried, k->carried_count, &k->level[i]),
-                         qw_message(k->context));
+        if (status == QW_OK) status = said(k, qw_take_level(k->context, k->carried, k->carried_count, &k->level[i]));
     }
     return status;
 }
@@ -276,7 +276,7 @@ static qw_status save(making *k)
     qw_status status = a->bake ? qw_save_asset(k->context, k->carried, k->carried_count, path, a->format)
                                : qw_save_from(k->context, k->carried, k->carried_count, a->bare ? NULL : k->mesh, path,
                                               a->format);
-    return say(k, status, qw_message(k->context));
+    return said(k, status);
 }
 
 static qw_status make_quads(making *k, double began)

@@ -275,6 +275,12 @@ int batch_find(const qw_arguments *a, batch_list *list)
         snprintf(message, sizeof message, "%.400s: %s", a->input, strerror(errno));
         return qw_complain(QW_FILE_MISSING, message);
     }
+    if (!is_stdin && !S_ISDIR(s.st_mode) && is_mesh_name(a->input, true)) {
+        snprintf(message, sizeof message,
+                 "%.400s is a model: a batch takes a folder of models, or a file with the name of one on each line",
+                 a->input);
+        return qw_complain(QW_ARGUMENT, message);
+    }
     if (!is_stdin && S_ISDIR(s.st_mode)) {
         is_whole = add_folder(a, list, a->input, "", 0);
     } else {

@@ -104,7 +104,7 @@ static void put_picture(const qw_arguments *a, FILE *page, const batch_model *m,
     bool is_drawn = qw_load(m->output, NULL, &mesh) == QW_OK;
     if (is_drawn) {
         qw_mesh_view view = qw_mesh_get(mesh);
-        render_panel panel = {&view, NULL};
+        render_panel panel = {.mesh = &view};
         render_options o;
         render_options_init(&o);
         o.width = 320, o.height = 260, o.views = 1, o.labels = false;
@@ -137,6 +137,18 @@ static void put_worst(const qw_arguments *a, FILE *page, const row *rows, size_t
     }
 }
 
+/* The sentence of a record, which is its last member. */
+static void put_reason(FILE *page, const char *record)
+{
+    char *text = record ? strstr(record, "\"message\": \"") : NULL;
+    if (!text) return;
+    text += strlen("\"message\": \"");
+    size_t n = strlen(text);
+    while (n > 0 && (text[n - 1] == '\n' || text[n - 1] == '}' || text[n - 1] == '"')) text[--n] = 0;
+    if (n > 0) fputs(": ", page);
+    put_escaped(page, text);
+}
+
 static void put_failed(FILE *page, const row *rows, size_t count, size_t failed)
 {
     size_t shown = 0;
@@ -145,16 +157,10 @@ static void put_failed(FILE *page, const row *rows, size_t count, size_t failed)
     for (size_t i = 0; i < count && shown < MOST_FAILED; i++) {
         if (rows[i].is_ok) continue;
         char *record = batch_read(rows[i].model->record, NULL);
-        const char *says = record ? strstr(record, "\"message\": \"") : NULL;
         fputs("<li><b>", page);
         put_escaped(page, rows[i].model->name);
-        fputs("</b> ", page);
-        if (says) {
-            char *text = (char *)says + 12;
-            size_t n = strlen(text);
-            while (n > 0 && (text[n - 1] == '\n' || text[n - 1] == '}' || text[n - 1] == '"')) text[--n] = 0;
-            put_escaped(page, text);
-        }
+        fprintf(page, "</b> %s", rows[i].status);
+        put_reason(page, record);
         fputs("</li>", page);
         free(record);
         shown++;

@@ -377,9 +377,26 @@ static void one_batch_at_a_time(void **state)
     }
 }
 
+/* The library's own sentence stands in the record and on the page, for what fails in the run as for what fails before.
+ */
+static void reasons_are_told(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("mkdir flat && printf 'v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n' > flat/line.obj && "
+                           "echo > flat/empty.ply"),
+                     0);
+    assert_int_equal(shell(TOOL "batch flat --out told --faces 24 -q 2> stderr"), 1);
+    assert_int_equal(shell("grep -q '\"message\": \"none of 1 triangles has an area\"' told/line.obj.record.json"), 0);
+    assert_int_equal(shell("grep -q '<b>line.obj</b> ONLY_DEGENERATE: none of 1 triangles' told/summary.html && "
+                           "grep -q '<b>empty.ply</b> [A-Z_]*: ' told/summary.html"),
+                     0);
+}
+
 static void bad_command_lines(void **state)
 {
     (void)state;
+    assert_int_equal(shell(TOOL "batch one.obj --out out 2> stderr"), 2);
+    assert_int_equal(shell("grep -q 'one.obj is a model: a batch takes a folder' stderr"), 0);
     assert_int_equal(shell(TOOL "batch 2> stderr"), 2);
     assert_int_equal(shell(TOOL "batch models 2> stderr && exit 99; grep -q -- '--out FOLDER is required' stderr"), 0);
     assert_int_equal(shell(TOOL "batch nothing --out out 2> stderr"), 4);
@@ -417,6 +434,7 @@ QW_TEST_SUITE(batch)
         cmocka_unit_test(counts_of_a_resumed_run_agree),
         cmocka_unit_test(other_options_replace_nothing),
         cmocka_unit_test(one_batch_at_a_time),
+        cmocka_unit_test(reasons_are_told),
         cmocka_unit_test(bad_command_lines),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
