@@ -2,6 +2,7 @@
 be pointed at. HERE: a wheel of the same version that runs on this system, where WHEEL does not: it is asked for tables. The same zip loads in older versions, by bl_info. MIT, as all that is not inside the add-on."""
 import hashlib
 import json
+import os
 import pathlib
 import re
 import subprocess
@@ -131,7 +132,7 @@ def main(wheel, folder, here=None):
         files[f"{name}.json"] = json.dumps(table_of(here or wheel, name), indent=1).encode()
     files[f"wheels/{wheel.name}"] = wheel.read_bytes()
     files["LICENSE-library"] = (HERE.parent.parent / "LICENSE").read_bytes()
-    files["LICENSE"] = pathlib.Path("/usr/share/common-licenses/GPL-3").read_bytes()  # Debian's
+    files["LICENSE"] = pathlib.Path(os.environ.get("QUADWRIGHT_GPL", "/usr/share/common-licenses/GPL-3")).read_bytes()  # the text of the GPL; Debian's
     manifest = tomllib.loads(text)
     wrong = problems(manifest, set(files))
     if wrong:

@@ -79,12 +79,17 @@ class Wheel(bdist_wheel):
         return python, abi, os.environ.get("QUADWRIGHT_PLATFORM") or platform
 
 
+# What other modules in the process must not see stays inside, with C++'s library where it is an archive. macOS' linker keeps to what is exported.
+LINK = ["-Wl,--exclude-libs,ALL", "-Wl,--gc-sections", "-static-libgcc", "-l:libstdc++.a", "-lm", "-lpthread"]
+if sys.platform == "darwin":
+    LINK = ["-Wl,-dead_strip", "-lc++"]
+
 setup(
     version=version(),
     ext_modules=[
         Extension("quadwright._native", sorted(glob.glob("quadwright/_*.c")), py_limited_api=True, language="c",
                   extra_compile_args=["-std=c17", "-Wall", "-Wextra", "-fvisibility=hidden"],
-                  extra_link_args=["-Wl,--exclude-libs,ALL", "-Wl,--gc-sections", "-static-libgcc", "-l:libstdc++.a", "-lm", "-lpthread"])
+                  extra_link_args=LINK)
     ],
     cmdclass={"build_ext": BuildExtension, "sdist": SourceDistribution, "bdist_wheel": Wheel},
 )
