@@ -59,6 +59,28 @@ def _more(text):
     return given
 
 
+def _triangles_of(result):
+    """For nodes that know no quads: a dictionary of the quads as triangles, and the quads beside them."""
+    corners = result.faces if result.faces.ndim == 2 else result.quads
+    triangles = corners[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3) if corners.shape[1] == 4 else corners
+    return {"vertices": result.vertices, "faces": triangles, "quads": result.quads}
+
+
+def _said(report):
+    return f"{report['topology']['quads']} quads, {report['topology']['irregular']} irregular vertices" + "".join(f"\n{line}" for line in report["warnings"])
+
+
+def _image(maps, name, side):
+    """A map as ComfyUI has pictures: a batch of one, RGB from 0 to 1, a tensor where there is torch; black where the asset has no such map."""
+    array = np.asarray(maps.get(name, np.zeros((side, side, 3), np.uint8)))
+    array = (array.reshape(*array.shape[:2], -1) / np.float32(np.iinfo(array.dtype).max)).astype(np.float32)[None, :, :, :3]
+    try:
+        import torch
+    except ImportError:
+        return array
+    return torch.from_numpy(array)
+
+
 class Remesh:
     """Quads of a mesh."""
 
@@ -89,11 +111,32 @@ class Remesh:
         if symmetry != "preset":
             given["symmetry"] = symmetry
         result = quadwright.remesh(*surface_of(mesh), faces=faces, preset=None if preset == "none" else preset, keep=keep or None, **given)
-        corners = result.faces if result.faces.ndim == 2 else result.quads
-        triangles = corners[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3) if corners.shape[1] == 4 else corners
-        report = result.report
-        told = f"{report['topology']['quads']} quads, {report['topology']['irregular']} irregular vertices" + "".join(f"\n{line}" for line in report["warnings"])
-        return result, {"vertices": result.vertices, "faces": triangles, "quads": result.quads}, told
+        return result, _triangles_of(result), _said(result.report)
+
+
+class Asset:
+    """Quads of a mesh with texture coordinates of their own, and maps on them of what the mesh looks like."""
+
+    CATEGORY = CATEGORY
+    FUNCTION = "run"
+    RETURN_TYPES = ("QUADS", "MESH", "IMAGE", "IMAGE", "STRING")
+    RETURN_NAMES = ("quads", "mesh", "color", "normal", "report")
+    DESCRIPTION = "Makes quads of any triangle surface and bakes its colours, textures and normals onto them. Save Quads writes a GLB with the maps inside."
+
+    @classmethod
+    def INPUT_TYPES(cls):
+        inputs = Remesh.INPUT_TYPES()
+        inputs["required"]["texture"] = ("INT", {"default": 2048, "min": 16, "max": 16384})
+        return inputs
+
+    def run(self, mesh, faces, preset="none", symmetry="preset", texture=2048, keep="", options=""):
+        given = _more(options)
+        if symmetry != "preset":
+            given["symmetry"] = symmetry
+        preset = None if preset == "none" else preset
+        result = quadwright.asset(*surface_of(mesh), faces=faces, texture=texture, preset=preset, keep=keep or None, **given)
+        told = f"{_said(result.report)}\n{result.asset['charts']} charts, normals {result.asset['normal_error']:.1f} degrees off"
+        return result, _triangles_of(result), _image(result.maps, "color", texture), _image(result.maps, "normal", texture), told
 
 
 class Save:
@@ -137,5 +180,5 @@ def _output_folder():
     return folder_paths.get_output_directory()
 
 
-NODE_CLASS_MAPPINGS = {"QuadwrightRemesh": Remesh, "QuadwrightSave": Save}
-NODE_DISPLAY_NAME_MAPPINGS = {"QuadwrightRemesh": "Remesh to Quads", "QuadwrightSave": "Save Quads"}
+NODE_CLASS_MAPPINGS = {"QuadwrightRemesh": Remesh, "QuadwrightAsset": Asset, "QuadwrightSave": Save}
+NODE_DISPLAY_NAME_MAPPINGS = {"QuadwrightRemesh": "Remesh to Quads", "QuadwrightAsset": "Make an Asset of Quads", "QuadwrightSave": "Save Quads"}

@@ -64,6 +64,19 @@ def test_remesh(nodes, cube, kind, tmp_path):
     assert len(triangles["faces"]) == 2 * len(quads.quads) and "quads, 8 irregular" in told
 
 
+def test_asset(nodes, cube, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    points, faces = cube
+    result, triangles, color, normal, told = nodes["QuadwrightAsset"]().run({"vertices": points, "faces": faces}, 100, texture=64)
+    same = quadwright.asset(points, faces, faces=100, texture=64)
+    assert np.array_equal(result.quads, same.quads) and len(triangles["faces"]) == 2 * len(same.quads) and "charts" in told
+    assert np.asarray(normal).shape == np.asarray(color).shape == (1, 64, 64, 3)
+    assert np.allclose(np.asarray(normal)[0], same.maps["normal"] / 255)
+    assert np.asarray(color).max() <= 1
+    path = nodes["QuadwrightSave"]().run(result, "cube", "glb")["result"][0]
+    assert b"normalTexture" in pathlib.Path(path).read_bytes()
+
+
 def test_wrong_options_are_named(nodes, cube):
     mesh = {"vertices": cube[0], "faces": cube[1]}
     with pytest.raises(ValueError, match="^options: quadwright has no option 'nothing'"):

@@ -213,7 +213,7 @@ export class Remesher {
     return this.#call('mark', [names]);
   }
 
-  /* The last result as the bytes of a file, the same as the command line tool's. format: "obj", "ply" or "off". */
+  /* The last result as the bytes of a file, the same as the command line tool's. format: "obj", "ply", "off", "glb" or "gltf". */
   save(format, { bare = false } = {}) {
     return this.#call('save', [format, { bare }]);
   }

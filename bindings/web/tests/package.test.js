@@ -5,6 +5,7 @@ import { createHash } from 'node:crypto';
 import { cpSync, mkdirSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { before, test } from 'node:test';
+import { gzipSync } from 'node:zlib';
 import { serve } from './serve.js';
 import { folder, native, openBrowser, parseObj, read, root, shape, web } from './tools.js';
 
@@ -34,6 +35,16 @@ function node(source, ...args) {
 test('the lines of the README run as they are', () => {
   const lines = readFileSync(join(project, 'node_modules/quadwright/README.md'), 'utf8').match(/```js\n([^]*?)```/)[1];
   assert.match(node(lines), /^\d+ quads, 8 irregular vertices\n$/);
+});
+
+test('CommonJS takes it as the README says, and the modules are as small as it says', () => {
+  const text = readFileSync(join(project, 'node_modules/quadwright/README.md'), 'utf8');
+  writeFileSync(join(project, 'common.cjs'), text.match(/```cjs\n([^]*?)```/)[1]);
+  assert.match(execFileSync(process.execPath, ['common.cjs'], { cwd: project, encoding: 'utf8' }), /^\d+ quads\n$/);
+  for (const name of ['quadwright', 'quadwright-threads']) {
+    const bytes = readFileSync(join(project, `node_modules/quadwright/${name}.wasm`));
+    assert.ok(bytes.length < 2.05e6 && gzipSync(bytes, { level: 9 }).length < 0.85e6);
+  }
 });
 
 test('the types are those of the library, and programs that use them are checked', () => {
