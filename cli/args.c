@@ -300,50 +300,61 @@ static qw_status parse_color(parser *p, const char *value)
     return refuse(p, QW_ARGUMENT, "--color must be follow or own, not \"%.40s\"", value);
 }
 
-static qw_status apply(parser *p, const qw_switch_row *row, const char *value)
+/* Switches without a value: what is true where they are given; NULL: another kind. */
+static bool *flag_of(qw_arguments *out, qw_switch_id id)
+{
+    switch (id) {
+    case SWITCH_VERSION: return &out->version;
+    case SWITCH_UNWRAP: return &out->unwrap;
+    case SWITCH_NO_ATTRIBUTES: return &out->bare;
+    case SWITCH_VISIBLE: return &out->visible;
+    case SWITCH_LIMIT: return &out->limit;
+    case SWITCH_QUIET: return &out->quiet;
+    case SWITCH_VERBOSE: return &out->verbose;
+    case SWITCH_LINES: return &out->lines;
+    case SWITCH_RETRY: return &out->retry;
+    case SWITCH_FORCE: return &out->force;
+    default: return NULL;
+    }
+}
+
+/* Switches whose value is kept as it is, names of files for the most part; NULL: another kind. */
+static const char **text_of(parser *p, qw_switch_id id)
+{
+    switch (id) {
+    case SWITCH_OUTPUT: return &p->out->output;
+    case SWITCH_PROVENANCE: return &p->out->provenance;
+    case SWITCH_DENSITY: return &p->out->density;
+    case SWITCH_FIELD_IN: return &p->out->field_in;
+    case SWITCH_FIELD_OUT: return &p->out->field_out;
+    case SWITCH_GUIDES: return &p->out->guides;
+    case SWITCH_REGION: return &p->out->region;
+    case SWITCH_AGAINST: return &p->out->against;
+    case SWITCH_COARSE: return &p->out->coarse;
+    case SWITCH_FROM_STAGE: return &p->out->from_stage;
+    case SWITCH_PRESET: return &p->preset;
+    default: return NULL;
+    }
+}
+
+/* Switches whose value is a whole number or a word of a few. */
+static qw_status parse_value(parser *p, const qw_switch_row *row, const char *value)
 {
     qw_arguments *out = p->out;
     switch (row->id) {
-    case SWITCH_HELP: /* of a command what it takes; else the screen */
-        out->input = out->command == QW_COMMAND_REMESH ? NULL : qw_command_name(out->command);
-        out->command = QW_COMMAND_HELP;
-        break;
-    case SWITCH_VERSION: out->version = true; break;
     case SWITCH_INPUT: return set_input(p, value);
-    case SWITCH_OUTPUT: out->output = value; break;
     case SWITCH_FORMAT: return parse_format(p, value);
-    case SWITCH_JSON: out->json = value ? value : "-"; break;
-    case SWITCH_PROVENANCE: out->provenance = value; break;
     case SWITCH_KEEP: return parse_keep(p, value);
-    case SWITCH_DENSITY: out->density = value; break;
-    case SWITCH_FIELD_IN: out->field_in = value; break;
-    case SWITCH_FIELD_OUT: out->field_out = value; break;
     case SWITCH_FIELD_PER: return parse_field_per(p, value);
-    case SWITCH_GUIDES: out->guides = value; break;
-    case SWITCH_REGION: out->region = value; break;
-    case SWITCH_UNWRAP: out->unwrap = true; break;
     case SWITCH_BAKE: return parse_bake(p, value);
-    case SWITCH_NO_ATTRIBUTES: out->bare = true; break;
     case SWITCH_NORMALS: return parse_normals(p, value);
-    case SWITCH_AGAINST: out->against = value; break;
-    case SWITCH_VISIBLE: out->visible = true; break;
-    case SWITCH_LIMIT: out->limit = true; break;
-    case SWITCH_PATCHES:
-        out->patches = value;
-        return qw_option_set(&out->options, "fit_to", "limit", p->message, p->message_size);
     case SWITCH_PATCHES_FROM: return parse_patches_from(p, value);
-    case SWITCH_SECOND_ORDER: out->second_order = true, out->options.subdivide = 1; break;
     case SWITCH_LEVELS: return parse_levels(p, value);
-    case SWITCH_COARSE: out->coarse = value; break;
-    case SWITCH_QUIET: out->quiet = true; break;
-    case SWITCH_VERBOSE: out->verbose = true; break;
     case SWITCH_DUMP_STAGE: return parse_dump(p, value);
-    case SWITCH_FROM_STAGE: out->from_stage = value; break;
     case SWITCH_WIDTH: return parse_whole(p, row->name, value, 16, 16384, &out->width);
     case SWITCH_HEIGHT: return parse_whole(p, row->name, value, 16, 16384, &out->height);
     case SWITCH_VIEWS: return parse_whole(p, row->name, value, 1, 6, &out->views);
     case SWITCH_COLOR: return parse_color(p, value);
-    case SWITCH_LINES: out->lines = true; break;
     case SWITCH_CHORD: return parse_whole(p, row->name, value, 1, INT32_MAX, &out->chord);
     case SWITCH_AZIMUTH: return parse_whole(p, row->name, value, -360, 360, &out->azimuth);
     case SWITCH_ELEVATION: return parse_whole(p, row->name, value, -90, 90, &out->elevation);
@@ -352,11 +363,26 @@ static qw_status apply(parser *p, const qw_switch_row *row, const char *value)
     case SWITCH_TIME_LIMIT: return parse_whole(p, row->name, value, 1, 1000000, &out->time_limit);
     case SWITCH_JOBS: return parse_whole(p, row->name, value, 1, 256, &out->jobs);
     case SWITCH_SHARD: return parse_shard(p, value);
-    case SWITCH_RETRY: out->retry = true; break;
-    case SWITCH_FORCE: out->force = true; break;
-    case SWITCH_PRESET: p->preset = value; break;
-    case SWITCH_STANDS_FOR: return set_option(p, row->option, row->fixed ? row->fixed : value);
+    default: return set_option(p, row->option, row->fixed ? row->fixed : value); /* SWITCH_STANDS_FOR */
     }
+}
+
+static qw_status apply(parser *p, const qw_switch_row *row, const char *value)
+{
+    qw_arguments *out = p->out;
+    bool *flag = flag_of(out, row->id);
+    const char **text = text_of(p, row->id);
+    if (flag) *flag = true;
+    else if (text) *text = value;
+    else if (row->id == SWITCH_HELP) { /* of a command what it takes; else the screen */
+        out->input = out->command == QW_COMMAND_REMESH ? NULL : qw_command_name(out->command);
+        out->command = QW_COMMAND_HELP;
+    } else if (row->id == SWITCH_JSON) out->json = value ? value : "-";
+    else if (row->id == SWITCH_SECOND_ORDER) out->second_order = true, out->options.subdivide = 1;
+    else if (row->id == SWITCH_PATCHES) {
+        out->patches = value;
+        return set_option(p, "fit_to", "limit");
+    } else return parse_value(p, row, value);
     return QW_OK;
 }
 

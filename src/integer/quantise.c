@@ -107,56 +107,81 @@ static void take_sizes(qw_offset_mesh *m, const qw_components *components, const
     for (uint32_t v = 0; v < m->vertex_count; v++) m->size[v] /= (float)scale[components->of_vertex[v]];
 }
 
+/* A complex with the closed offsets, and what is wished of its integers. All in the current scope. */
+typedef struct reduced {
+    qw_decimated whole;
+    qw_components components;
+    qw_search_wish wish;
+} reduced;
+
+static reduced reduce(qw_env *env, const qw_offset_mesh *m, const qw_real2 *closed, const qw_quantise_wish *asked)
+{
+    assert(closed && asked->quads > 0);
+    reduced r = {.whole = qw_decimate(env, m, closed)};
+    r.whole.complex.weight = QW_NEW(env, float, r.whole.complex.edge_count);
+    qw_complex_weigh(&r.whole.complex);
+    r.components = qw_split_components(env, &r.whole, m);
+    double area = area_on(m, closed), least = LEAST_AREA * area_on(m, m->real);
+    r.wish = (qw_search_wish){.quads = asked->quads,
+                              .times = asked->times,
+                              .size = sqrt(asked->quads / fmax(fmax(area, least), 1)),
+                              .cut = cut_areas(env, m, closed, &r.components),
+                              .loops = asked->loops,
+                              .effort = fmin(1, asked->quads / fmax(r.whole.complex.face_count, 1)),
+                              .apart = true};
+    for (uint32_t p = 0; p < r.components.count; p++) keep_loops_open(env, &r.components.component[p], r.wish.size);
+    return r;
+}
+
+static void count(qw_quantise_counts *counts, const qw_offset_mesh *m, const reduced *r, const qw_search_result *found,
+                  const qw_closed_counts *closing, const qw_flatten_counts *flattening)
+{
+    counts->decimated_faces = r->whole.complex.face_count, counts->decimated_edges = r->whole.complex.edge_count;
+    counts->regular = found->regular, counts->tries = found->tries;
+    counts->inverted = found->inverted, counts->rounding_cost = found->rounding_cost;
+    counts->squeezed = (double)closing->squeezed / fmax(m->face_count, 1);
+    counts->energy = flattening->energy;
+    counts->iterations = closing->iterations + flattening->iterations;
+}
+
+static void log_counts(qw_env *env, const reduced *r, const qw_search_result *found, const qw_closed_counts *closing,
+                       const qw_flatten_counts *flattening)
+{
+    qw_log(env, QW_LOG_DEBUG,
+           "closed: %u rounds, %u squeezed; decimated complex: %u triangles in %u components; cost %.3f, %u inverted, "
+           "%u vanish",
+           closing->rounds, closing->squeezed, r->whole.complex.face_count, r->components.count, found->rounding_cost,
+           found->inverted, found->collapsed);
+    qw_log(env, QW_LOG_DEBUG, "lines that meet: %u of %u tried; length of all %lld, was %lld", found->meetings.kept,
+           found->meetings.tried, (long long)found->meetings.length_after, (long long)found->meetings.length_before);
+    qw_log(env, QW_LOG_DEBUG, "flat: %u rounds, %u squeezed, energy %.4f", flattening->rounds, flattening->squeezed,
+           flattening->energy);
+}
+
 qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, const qw_quantise_wish *asked)
 {
-    double quads = asked->quads;
-    assert(quads > 0 && m->real && m->fixed && m->constraint && m->direction);
+    assert(asked->quads > 0 && m->real && m->fixed && m->constraint && m->direction);
     qw_quantise_counts counts = {0};
     qw_closed_counts closing;
     qw_flatten_counts flattening;
     qw_scope_begin(env);
     counts.released_edges = qw_release_acute_corners(env, m, asked->verdict);
-    counts.band_triangles = qw_stretch_narrow_bands(env, m, quads);
+    counts.band_triangles = qw_stretch_narrow_bands(env, m, asked->quads);
+    qw_log(env, QW_LOG_DEBUG, "%lld triangles in strips", (long long)counts.band_triangles);
     float *stiffness = QW_NEW(env, float, m->edge_count);
     qw_real2 *closed = qw_closed_offsets(env, m, asked->stiff ? STIFF_CLOSED : USUAL_CLOSED,
                                          (float)fmin(asked->follow / QW_USUAL_FOLLOW, 1), stiffness, &closing);
     qw_progress(env, 0.4);
-    qw_decimated s = qw_decimate(env, m, closed);
-    s.complex.weight = QW_NEW(env, float, s.complex.edge_count);
-    qw_complex_weigh(&s.complex);
-    qw_components components = qw_split_components(env, &s, m);
-    double area = area_on(m, closed), least = LEAST_AREA * area_on(m, m->real);
-    qw_search_wish wish = {.quads = quads,
-                           .times = asked->times,
-                           .size = sqrt(quads / fmax(fmax(area, least), 1)),
-                           .cut = cut_areas(env, m, closed, &components),
-                           .loops = asked->loops,
-                           .effort = fmin(1, quads / fmax(s.complex.face_count, 1)),
-                           .apart = true};
-    for (uint32_t p = 0; p < components.count; p++) keep_loops_open(env, &components.component[p], wish.size);
-    qw_int2 *d = QW_NEW(env, qw_int2, s.complex.edge_count);
-    qw_search_result found = qw_search_integers(env, &components, &wish, d);
+    reduced r = reduce(env, m, closed, asked);
+    qw_int2 *d = QW_NEW(env, qw_int2, r.whole.complex.edge_count);
+    qw_search_result found = qw_search_integers(env, &r.components, &r.wish, d);
     qw_progress(env, 0.6);
-    qw_decimated_expand(&s, d, m->d);
+    qw_decimated_expand(&r.whole, d, m->d);
     release_moved(m);
-    take_sizes(m, &components, found.scale);
+    take_sizes(m, &r.components, found.scale);
     qw_flatten(env, m, asked->stiff ? STIFF_FLAT : 0, stiffness, &flattening);
-    counts.decimated_faces = s.complex.face_count, counts.decimated_edges = s.complex.edge_count;
-    counts.regular = found.regular, counts.tries = found.tries;
-    counts.inverted = found.inverted, counts.rounding_cost = found.rounding_cost;
-    counts.squeezed = (double)closing.squeezed / fmax(m->face_count, 1);
-    counts.energy = flattening.energy;
-    counts.iterations = closing.iterations + flattening.iterations;
-    qw_log(env, QW_LOG_DEBUG,
-           "closed: %u rounds, %u squeezed; decimated complex: %u triangles in %u components; cost %.3f, %u inverted, "
-           "%u vanish",
-           closing.rounds, closing.squeezed, s.complex.face_count, components.count, found.rounding_cost,
-           found.inverted, found.collapsed);
-    qw_log(env, QW_LOG_DEBUG, "lines that meet: %u of %u tried; length of all %lld, was %lld", found.meetings.kept,
-           found.meetings.tried, (long long)found.meetings.length_after, (long long)found.meetings.length_before);
-    qw_log(env, QW_LOG_DEBUG, "%lld triangles in strips", (long long)counts.band_triangles);
-    qw_log(env, QW_LOG_DEBUG, "flat: %u rounds, %u squeezed, energy %.4f", flattening.rounds, flattening.squeezed,
-           flattening.energy);
+    count(&counts, m, &r, &found, &closing, &flattening);
+    log_counts(env, &r, &found, &closing, &flattening);
     qw_scope_end(env);
     return counts;
 }

@@ -1,10 +1,9 @@
 #include "mesh/working.h"
 
 #include "base/constants.h"
-#include "mesh/blocks.h"
 #include "mesh/cluster.h"
 #include "mesh/corners.h"
-#include "mesh/reshape.h"
+#include "mesh/passes.h"
 
 #include <assert.h>
 #include <string.h>
@@ -23,7 +22,6 @@
 #define LAST_SHORT      0.6f
 /* Cells of the clusters of a dense surface, in lengths that it is condensed to. */
 #define CLUSTERED       0.7f
-/* Twice the area of an equilateral triangle of edge 1, as a triangle's cross product has it. */
 
 /* Slivers are merged where cutting each by itself would make this many times the faces that are needed: ordinary
    surfaces are below 2, fans of some hundred slivers above 10. */
@@ -41,25 +39,10 @@ enum {
     LEAST_FACES = 40,       /* of a component, so that its shape and topology have room */
     LEAST_COARSEST = 12,    /* likewise, of one whose triangles are paired at once */
     LEAST_CONDENSED = 1500, /* likewise, of a condensed one: as many as 24 quads have there */
-    SCAN = 1 << 14,         /* faces between two calls of qw_progress */
-    FLAG_GRAIN = 4096,
-    FEW = 64,              /* of so many faces one */
-    MOST_SPLITS = 1 << 20, /* for one face: each makes an edge shorter, so this is never met; but it is a bound */
-    LISTEN = 1024,
-    ROUNDS = 3, /* of split, collapse, flip, smooth: with two, distortion at 1,000 quads is 3 % worse */
+    ROUNDS = 3,             /* of split, collapse, flip, smooth: with two, distortion at 1,000 quads is 3 % worse */
     MAX_GRADING_SWEEPS = 64,
     MAX_REFINE_PASSES = 200 /* each halves the longest edge; some ten more settle what flips have lengthened */
 };
-
-typedef struct progress {
-    qw_env *env;
-    double from, to;
-} progress;
-
-static void tell(const progress *p, uint32_t f, uint32_t count)
-{
-    if (f % SCAN == 0) qw_progress(p->env, p->from + (p->to - p->from) * f / (count ? count : 1));
-}
 
 /* ---- prepare */
 
@@ -163,249 +146,6 @@ static void find_curves(qw_env *env, const qw_trimesh *mesh, const uint32_t *ran
     qw_free(env, ends), qw_free(env, curve);
 }
 
-/* ---- passes */
-
-/* Each edge once: the half-edge without twin, or the greater of the two. */
-static bool first_side(const qw_edit *e, uint32_t h)
-{
-    uint32_t t = qw_edit_twin(e, h);
-    return t == QW_NONE || t < h;
-}
-
-static float ratio2(const qw_edit *e, uint32_t h)
-{
-    uint32_t a = qw_edit_tail(e, h), b = qw_edit_head(e, h);
-    float target = qw_edge_target(e, a, b);
-    return qw_edge_length2(e, a, b) / (target * target);
-}
-
-/* What a pass on one thread has to look at, asked of all faces beforehand by all threads. */
-typedef bool (*face_test)(const qw_edit *e, uint32_t f, const void *user);
-
-typedef struct flagging {
-    const qw_edit *edit;
-    face_test test;
-    const void *user;
-    uint8_t *flag;
-} flagging;
-
-static void flag_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
-{
-    (void)block;
-    const flagging *a = user;
-    for (uint32_t f = begin; f < end; f++) a->flag[f] = !qw_edit_dead(a->edit, f) && a->test(a->edit, f, a->user);
-}
-
-/* uint8_t[face_count], of the current scope; 0 for dead faces. */
-static uint8_t *flag_faces(const qw_edit *e, face_test test, const void *user)
-{
-    flagging a = {e, test, user, QW_NEW(e->env, uint8_t, e->face_count)};
-    qw_parallel(e->env, e->face_count, FLAG_GRAIN, flag_block, &a);
-    return a.flag;
-}
-
-static bool has_long_edge(const qw_edit *e, uint32_t f, const void *user)
-{
-    const float *above = user;
-    return fmaxf(fmaxf(ratio2(e, 4 * f), ratio2(e, 4 * f + 1)), ratio2(e, 4 * f + 2)) > *above * *above;
-}
-
-static bool has_seam_to_flip(const qw_edit *e, uint32_t f, const void *user)
-{
-    (void)user;
-    for (uint32_t h = 4 * f; h < 4 * f + 3; h++)
-        if (first_side(e, h) && !qw_blocks_can_flip(e, h)) return true;
-    return false;
-}
-
-static bool has_chord(const qw_edit *e, uint32_t f, const void *user)
-{
-    (void)user;
-    const uint32_t *c = e->face[f].corner;
-    return (e->vertex[c[0]].kind != QW_VERTEX_FREE) + (e->vertex[c[1]].kind != QW_VERTEX_FREE) +
-               (e->vertex[c[2]].kind != QW_VERTEX_FREE) >=
-           2;
-}
-
-static bool is_sliver(const qw_edit *e, uint32_t f, const void *user)
-{
-    (void)user;
-    return qw_reshape_is_sliver(e, f);
-}
-
-typedef struct collapse_rule {
-    float below, longest; /* in target lengths: edges that go, and edges that shall not arise */
-} collapse_rule;
-
-static bool has_seam_to_collapse(const qw_edit *e, uint32_t f, const void *user)
-{
-    const collapse_rule *rule = user;
-    for (uint32_t h = 4 * f; h < 4 * f + 3; h++)
-        if (first_side(e, h) && !qw_blocks_can_collapse(e, h) && ratio2(e, h) < rule->below * rule->below) return true;
-    return false;
-}
-
-static uint32_t collapse_face(qw_reshape *r, uint32_t f, const collapse_rule *rule, bool inner)
-{
-    assert(f < r->edit.face_count);
-    qw_edit *e = &r->edit;
-    uint32_t done = 0;
-    for (uint32_t h = 4 * f; h < 4 * f + 3 && !qw_edit_dead(e, f); h++)
-        if (first_side(e, h) && qw_blocks_can_collapse(e, h) == inner && ratio2(e, h) < rule->below * rule->below)
-            done += qw_reshape_collapse(r, h, rule->longest);
-    return done;
-}
-
-static uint32_t collapse_block(void *user, qw_reshape *r, const qw_blocks *blocks, uint32_t block)
-{
-    uint32_t done = 0;
-    for (uint32_t i = blocks->begin[block]; i < blocks->begin[block + 1]; i++)
-        done += collapse_face(r, blocks->item[i], user, true);
-    return done;
-}
-
-static bool has_short_edge(const qw_edit *e, uint32_t f, const void *user)
-{
-    const collapse_rule *rule = user;
-    for (uint32_t h = 4 * f; h < 4 * f + 3; h++)
-        if (first_side(e, h) && ratio2(e, h) < rule->below * rule->below) return true;
-    return false;
-}
-
-/* So few that blocks for them take longer than one thread with all of them. */
-static bool are_few(const uint8_t *flag, uint32_t count)
-{
-    uint32_t flagged = 0;
-    for (uint32_t f = 0; f < count; f++) flagged += flag[f];
-    return flagged < count / FEW;
-}
-
-static uint32_t collapse_pass(qw_reshape *r, float below, float longest, progress p)
-{
-    qw_edit *e = &r->edit;
-    collapse_rule rule = {below, longest};
-    qw_scope_begin(e->env);
-    const uint8_t *flag = flag_faces(e, has_short_edge, &rule);
-    bool few = are_few(flag, e->face_count);
-    qw_blocks blocks = few ? qw_blocks_none(e) : qw_blocks_of_faces(e);
-    uint32_t done = qw_blocks_run(r, &blocks, collapse_block, &rule);
-    if (!few) flag = flag_faces(e, has_seam_to_collapse, &rule);
-    for (uint32_t f = 0; f < e->face_count; f++) {
-        tell(&p, f, e->face_count);
-        if (flag[f]) done += collapse_face(r, f, &rule, false);
-    }
-    qw_scope_end(e->env);
-    return done;
-}
-
-static uint32_t longest_edge(const qw_edit *e, uint32_t f, float *longest2)
-{
-    float a = ratio2(e, 4 * f), b = ratio2(e, 4 * f + 1), c = ratio2(e, 4 * f + 2);
-    *longest2 = a > b ? (a > c ? a : c) : b > c ? b : c;
-    return 4 * f + (*longest2 == a ? 0 : *longest2 == b ? 1 : 2);
-}
-
-/* Splits edges until those of the face are at most `above` long. An edge is split only where it is the longest of both
-   its faces, which is found by going from face to face over their longest edges: so no face gets thinner than half of
-   what there was (Rivara, New Longest-Edge Algorithms for the Refinement and/or Improvement of Unstructured
-   Triangulations, 1997). */
-static uint32_t split_face(qw_reshape *r, uint32_t f, float above)
-{
-    assert(f < r->edit.face_count);
-    qw_edit *e = &r->edit;
-    for (uint32_t done = 0;; done++) {
-        float length2, beyond2;
-        if (done == MOST_SPLITS) return done;
-        if (done % LISTEN == LISTEN - 1) qw_break_silence(e->env);
-        uint32_t h = longest_edge(e, f, &length2);
-        if (!(length2 > above * above)) return done;
-        for (uint32_t t = qw_edit_twin(e, h); t != QW_NONE; t = qw_edit_twin(e, h)) {
-            uint32_t next = longest_edge(e, t >> 2, &beyond2);
-            if (!(beyond2 > length2)) break;
-            h = next, length2 = beyond2;
-        }
-        if (!qw_reshape_split(r, h)) return done;
-    }
-}
-
-static uint32_t split_pass(qw_reshape *r, float above, progress p)
-{
-    uint32_t done = 0, count = r->edit.face_count;
-    uint8_t *flag = flag_faces(&r->edit, has_long_edge, &above);
-    for (uint32_t f = 0; f < count; f++) {
-        tell(&p, f, count);
-        if (flag[f]) done += split_face(r, f, above);
-    }
-    qw_free(r->edit.env, flag);
-    return done;
-}
-
-static uint32_t flip_face(qw_reshape *r, uint32_t f, bool inner)
-{
-    qw_edit *e = &r->edit;
-    uint32_t done = 0;
-    for (uint32_t h = 4 * f; h < 4 * f + 3; h++)
-        if (first_side(e, h) && qw_blocks_can_flip(e, h) == inner) done += qw_reshape_flip(r, h);
-    return done;
-}
-
-static uint32_t flip_block(void *user, qw_reshape *r, const qw_blocks *blocks, uint32_t block)
-{
-    (void)user;
-    uint32_t done = 0;
-    for (uint32_t i = blocks->begin[block]; i < blocks->begin[block + 1]; i++)
-        done += flip_face(r, blocks->item[i], true);
-    return done;
-}
-
-static uint32_t flip_pass(qw_reshape *r, progress p)
-{
-    qw_edit *e = &r->edit;
-    qw_scope_begin(e->env);
-    qw_blocks blocks = qw_blocks_of_faces(e);
-    uint32_t done = qw_blocks_run(r, &blocks, flip_block, NULL);
-    const uint8_t *flag = flag_faces(e, has_seam_to_flip, NULL);
-    for (uint32_t f = 0; f < e->face_count; f++) {
-        tell(&p, f, e->face_count);
-        if (flag[f]) done += flip_face(r, f, false);
-    }
-    qw_scope_end(e->env);
-    return done;
-}
-
-static uint32_t smooth_block(void *user, qw_reshape *r, const qw_blocks *blocks, uint32_t block)
-{
-    (void)user;
-    uint32_t done = 0;
-    for (uint32_t i = blocks->begin[block]; i < blocks->begin[block + 1]; i++)
-        done += qw_reshape_smooth(r, blocks->item[i]);
-    return done;
-}
-
-static void smooth_pass(qw_reshape *r, progress p)
-{
-    qw_edit *e = &r->edit;
-    qw_scope_begin(e->env);
-    qw_blocks blocks = qw_blocks_of_vertices(e);
-    qw_blocks_run(r, &blocks, smooth_block, NULL);
-    for (uint32_t v = 0; v < e->vertex_count; v++) {
-        tell(&p, v, e->vertex_count);
-        if (!e->vertex[v].inner) qw_reshape_smooth(r, v);
-    }
-    qw_scope_end(e->env);
-}
-
-static void sliver_pass(qw_reshape *r, progress p)
-{
-    qw_edit *e = &r->edit;
-    uint8_t *flag = flag_faces(e, is_sliver, NULL);
-    for (uint32_t f = 0, count = e->face_count; f < count; f++) {
-        tell(&p, f, count);
-        if (flag[f] && !qw_edit_dead(e, f)) qw_reshape_sliver(r, f);
-    }
-    qw_free(e->env, flag);
-}
-
 /* ---- phases */
 
 /* The mean length of edges, one of each face, and the greatest square of any, in target lengths. */
@@ -420,15 +160,15 @@ static void sum_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     const lengths *l = user;
     double sum = 0;
     for (uint32_t f = begin; f < end; f++)
-        if (!qw_edit_dead(l->edit, f)) sum += sqrtf(ratio2(l->edit, 4 * f));
+        if (!qw_edit_dead(l->edit, f)) sum += sqrtf(qw_edge_ratio2(l->edit, 4 * f));
     l->sum[block] = sum;
 }
 
 static double mean_edge(const qw_edit *e)
 {
-    uint32_t blocks = qw_block_count(e->face_count, FLAG_GRAIN);
+    uint32_t blocks = qw_block_count(e->face_count, QW_PASS_GRAIN);
     lengths l = {.edit = e, .sum = QW_NEW(e->env, double, blocks)};
-    qw_parallel(e->env, e->face_count, FLAG_GRAIN, sum_block, &l);
+    qw_parallel(e->env, e->face_count, QW_PASS_GRAIN, sum_block, &l);
     double sum = 0;
     for (uint32_t b = 0; b < blocks; b++) sum += l.sum[b];
     qw_free(e->env, l.sum);
@@ -440,8 +180,8 @@ static void most_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     const lengths *l = user;
     float most2 = 0;
     for (uint32_t h = 4 * begin; h < 4 * end; h++) {
-        if ((h & 3) == 3 || qw_edit_dead(l->edit, h >> 2) || !first_side(l->edit, h)) continue;
-        float length2 = ratio2(l->edit, h);
+        if ((h & 3) == 3 || qw_edit_dead(l->edit, h >> 2) || !qw_is_first_side(l->edit, h)) continue;
+        float length2 = qw_edge_ratio2(l->edit, h);
         most2 = length2 > most2 ? length2 : most2;
     }
     l->most2[block] = most2;
@@ -449,9 +189,9 @@ static void most_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 
 static float longest_of_all2(const qw_edit *e)
 {
-    uint32_t blocks = qw_block_count(e->face_count, FLAG_GRAIN);
+    uint32_t blocks = qw_block_count(e->face_count, QW_PASS_GRAIN);
     lengths l = {.edit = e, .most2 = QW_NEW(e->env, float, blocks)};
-    qw_parallel(e->env, e->face_count, FLAG_GRAIN, most_block, &l);
+    qw_parallel(e->env, e->face_count, QW_PASS_GRAIN, most_block, &l);
     float most2 = 0;
     for (uint32_t b = 0; b < blocks; b++) most2 = fmaxf(most2, l.most2[b]);
     qw_free(e->env, l.most2);
@@ -459,15 +199,15 @@ static float longest_of_all2(const qw_edit *e)
 }
 
 /* From the shortest edges upward, so that the mesh stays even on the way. */
-static void coarsen(qw_reshape *r, progress p)
+static void coarsen(qw_reshape *r, qw_pass p)
 {
     qw_edit *e = &r->edit;
     double mean = mean_edge(e);
     float below = SHORT;
     while (below / COARSER >= (float)fmax(mean, SHORTEST_MEAN)) below /= COARSER;
-    collapse_pass(r, FIRST_COLLAPSED * below / COARSER, LONG * below / SHORT, p);
+    qw_collapse_pass(r, FIRST_COLLAPSED * below / COARSER, LONG * below / SHORT, p);
     for (;; below = fminf(COARSER * below, SHORT)) {
-        collapse_pass(r, below, LONG * below / SHORT, p);
+        qw_collapse_pass(r, below, LONG * below / SHORT, p);
         if (below >= SHORT) break;
         if (2 * e->live_faces < e->face_count) qw_edit_pack(e); /* blocks of full size again */
     }
@@ -482,7 +222,7 @@ static void grade_targets(qw_edit *e)
     for (uint32_t f = 0; f < e->face_count; f++)
         for (uint32_t h = 4 * f; h < 4 * f + 3; h++) {
             qw_edit_vertex *a = &e->vertex[qw_edit_tail(e, h)], *b = &e->vertex[qw_edit_head(e, h)];
-            if (!first_side(e, h) || a->kind != QW_VERTEX_FREE || b->kind != QW_VERTEX_FREE) continue;
+            if (!qw_is_first_side(e, h) || a->kind != QW_VERTEX_FREE || b->kind != QW_VERTEX_FREE) continue;
             float length = qw_distance(a->position, b->position),
                   least = fmaxf(length / SHORT, fmaxf(a->target, b->target) * LEAST_SCALE);
             if (length > STUCK * fminf(a->target, b->target) || qw_edit_can_collapse(e, h)) continue;
@@ -518,11 +258,11 @@ static face_need count_needed(const qw_edit *e)
         qw_vec3 cross = qw_cross(qw_sub(b->position, a->position), qw_sub(d->position, a->position));
         double room = qw_length(cross) / (2 * QW_EQUILATERAL_AREA * t * t);
         float longest2;
-        longest_edge(e, f, &longest2);
+        qw_longest_edge(e, f, &longest2);
         sum.needed += room;
         sum.cut += fmax(room, sqrtf(longest2));
         for (uint32_t h = 4 * f; h < 4 * f + 3; h++)
-            if (qw_edit_on_curve(e, h)) sum.curves += sqrtf(ratio2(e, h));
+            if (qw_edit_on_curve(e, h)) sum.curves += sqrtf(qw_edge_ratio2(e, h));
     }
     sum.needed += sum.curves;
     return sum;
@@ -530,14 +270,14 @@ static face_need count_needed(const qw_edit *e)
 
 /* Refinement would cut the slivers of a fan each by itself, as no flip joins them. So coarsening goes on beyond the
    target, as long as surface and curves are kept, until that is no waste; curves get their vertices back. */
-static void merge_slivers(qw_reshape *r, progress p)
+static void merge_slivers(qw_reshape *r, qw_pass p)
 {
     qw_edit *e = &r->edit;
     float longest = sqrtf(longest_of_all2(e));
     for (float below = COARSER * SHORT; below < longest; below *= COARSER) {
         face_need need = count_needed(e);
         if (!(need.cut > CROWDED * need.needed)) break;
-        collapse_pass(r, below, LONG * below / SHORT, p);
+        qw_collapse_pass(r, below, LONG * below / SHORT, p);
     }
     if (e->live_faces < e->face_count) qw_edit_pack(e);
 }
@@ -563,98 +303,35 @@ static double needed_above(const face_need *need, uint32_t all, float above)
 
 /* From the longest edges downward, Delaunay on the way, so that huge triangles are not cut into slivers. Halving the
    edges of a needle leaves vertices side by side; where these are a crowd they are drawn together on the way. */
-static void refine(qw_reshape *r, progress p)
+static void refine(qw_reshape *r, qw_pass p)
 {
     qw_edit *e = &r->edit;
     const face_need need = count_needed(e);
     uint32_t all = e->live_faces;
     float above = fmaxf(0.5f * sqrtf(longest_of_all2(e)), LONG);
     for (uint32_t pass = 0; pass < MAX_REFINE_PASSES; pass++, above = fmaxf(0.5f * above, LONG)) {
-        uint32_t split = split_pass(r, above, p);
-        if (split > e->live_faces / 16) flip_pass(r, p);
+        uint32_t split = qw_split_pass(r, above, p);
+        if (split > e->live_faces / 16) qw_flip_pass(r, p);
         if (split > 0 && e->live_faces > CROWDED * needed_above(&need, all, above))
-            collapse_pass(r, SHORT * above / LONG, above, p);
+            qw_collapse_pass(r, SHORT * above / LONG, above, p);
         if (above <= LONG && split == 0) break;
     }
 }
 
-/* Splits what joins two curves across a face: chords that are long enough for it, the longest side of faces that would
-   have all three corners or two sides on curves, and, failing that, the face. */
-static void free_faces(qw_reshape *r, progress p)
-{
-    qw_edit *e = &r->edit;
-    uint8_t *flag = flag_faces(e, has_chord, NULL);
-    for (uint32_t f = 0, count = e->face_count; f < count; f++) {
-        tell(&p, f, count);
-        if (!flag[f]) continue;
-        const uint32_t *c = e->face[f].corner;
-        uint32_t longest = QW_NONE;
-        float longest2 = 0;
-        bool bound = true;
-        for (uint32_t i = 0; i < 3; i++) bound &= e->vertex[c[i]].kind != QW_VERTEX_FREE;
-        if (!bound) continue;
-        for (uint32_t h = 4 * f; h < 4 * f + 3; h++)
-            if (!qw_edit_on_curve(e, h) && ratio2(e, h) > longest2) longest = h, longest2 = ratio2(e, h);
-        if (longest == QW_NONE || !qw_reshape_split(r, longest)) {
-            qw_vec3 q = qw_scale(
-                qw_add(qw_add(e->vertex[c[0]].position, e->vertex[c[1]].position), e->vertex[c[2]].position), 1 / 3.0f);
-            float t = (e->vertex[c[0]].target + e->vertex[c[1]].target + e->vertex[c[2]].target) / 3;
-            qw_edit_split_face(e, f, q, t, e->vertex[c[0]].home);
-        }
-    }
-    qw_free(e->env, flag);
-}
-
-/* A curve from corner to corner gets a vertex in between: the cross there follows the curve, while that of a corner
-   can't follow all of the curves that meet in it. */
-static void split_short_curves(qw_reshape *r, progress p)
-{
-    qw_edit *e = &r->edit;
-    uint8_t *flag = flag_faces(e, has_chord, NULL);
-    for (uint32_t f = 0, count = e->face_count; f < count; f++) {
-        tell(&p, f, count);
-        if (!flag[f]) continue;
-        for (uint32_t h = 4 * f; h < 4 * f + 3; h++) {
-            bool corners = e->vertex[qw_edit_tail(e, h)].kind == QW_VERTEX_CORNER &&
-                           e->vertex[qw_edit_head(e, h)].kind == QW_VERTEX_CORNER;
-            if (corners && first_side(e, h) && qw_edit_on_curve(e, h) && ratio2(e, h) > 0.5f * 0.5f)
-                qw_reshape_split(r, h);
-        }
-    }
-    qw_free(e->env, flag);
-}
-
-static void split_chords(qw_reshape *r, progress p)
-{
-    qw_edit *e = &r->edit;
-    uint8_t *flag = flag_faces(e, has_chord, NULL);
-    for (uint32_t f = 0, count = e->face_count; f < count; f++) {
-        tell(&p, f, count);
-        if (!flag[f]) continue;
-        for (uint32_t h = 4 * f; h < 4 * f + 3; h++) {
-            bool chord = e->vertex[qw_edit_tail(e, h)].kind != QW_VERTEX_FREE &&
-                         e->vertex[qw_edit_head(e, h)].kind != QW_VERTEX_FREE;
-            if (chord && first_side(e, h) && !qw_edit_on_curve(e, h) && ratio2(e, h) > 0.5f * 0.5f)
-                qw_reshape_split(r, h);
-        }
-    }
-    qw_free(e->env, flag);
-}
-
-static void even_out(qw_reshape *r, progress p)
+static void even_out(qw_reshape *r, qw_pass p)
 {
     double step = (p.to - p.from) / ROUNDS;
     r->avoid_chords = true;
     for (uint32_t i = 0; i < ROUNDS; i++) {
         p.from += i ? step : 0;
         p.to = p.from + step;
-        split_pass(r, LONG, p);
-        split_chords(r, p);
-        collapse_pass(r, i + 1 < ROUNDS ? SHORT : LAST_SHORT, LONG, p);
-        flip_pass(r, p);
-        sliver_pass(r, p);
-        smooth_pass(r, p);
-        flip_pass(r, p);
+        qw_split_pass(r, LONG, p);
+        qw_split_between_curves(r, p);
+        qw_collapse_pass(r, i + 1 < ROUNDS ? SHORT : LAST_SHORT, LONG, p);
+        qw_flip_pass(r, p);
+        qw_sliver_pass(r, p);
+        qw_smooth_pass(r, p);
+        qw_flip_pass(r, p);
     }
 }
 
@@ -757,7 +434,7 @@ qw_trimesh qw_condensed_mesh(qw_env *env, const qw_trimesh *input, const qw_cens
     qw_clustered clustered;
     const qw_trimesh *surface = cluster_dense(env, input, &of, &length, &clustered);
     qw_reshape r = open_surface(env, surface, &of, LEAST_CONDENSED, length, NULL);
-    coarsen(&r, (progress){env, 0, 1});
+    coarsen(&r, (qw_pass){env, 0, 1});
     qw_trimesh mesh = close_surface(&r, &of, &target);
     qw_keep(env, mesh.position), qw_keep(env, mesh.corner), qw_keep(env, mesh.twin), qw_keep(env, mesh.mark);
     qw_keep(env, mesh.point);
@@ -773,16 +450,16 @@ static qw_working make_working(qw_env *env, const qw_trimesh *input, const qw_ce
     float *limited = base_target ? QW_NEW(env, float, input->vertex_count) : NULL;
     if (base_target) memcpy(limited, base_target, input->vertex_count * sizeof *limited);
     qw_reshape r = open_surface(env, input, census, least_faces, wanted, limited);
-    coarsen(&r, (progress){env, 0, 0.5});
-    merge_slivers(&r, (progress){env, 0.5, 0.5});
+    coarsen(&r, (qw_pass){env, 0, 0.5});
+    merge_slivers(&r, (qw_pass){env, 0.5, 0.5});
     grade_unless_crowded(&r.edit);
     uint32_t packed = r.edit.vertex_count;
-    refine(&r, (progress){env, 0.5, 0.6});
+    refine(&r, (qw_pass){env, 0.5, 0.6});
     if (r.edit.vertex_count > packed + packed / 4) qw_edit_pack(&r.edit); /* what was added lies anywhere */
-    even_out(&r, (progress){env, 0.6, 0.95});
-    split_short_curves(&r, (progress){env, 0.95, 1});
-    free_faces(&r, (progress){env, 0.95, 1});
-    smooth_pass(&r, (progress){env, 0.95, 1});
+    even_out(&r, (qw_pass){env, 0.6, 0.95});
+    qw_split_short_curves(&r, (qw_pass){env, 0.95, 1});
+    qw_free_faces(&r, (qw_pass){env, 0.95, 1});
+    qw_smooth_pass(&r, (qw_pass){env, 0.95, 1});
     qw_edit_pack(&r.edit);
     result.mesh = close_surface(&r, census, &result.target);
     qw_keep(env, result.mesh.position);
