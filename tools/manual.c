@@ -209,12 +209,22 @@ static void bash(void)
          "complete -o filenames -F _quadwright quadwright");
 }
 
+/* Where the first clause of a sentence ends; a bracket that it would cut through is left out. */
+static const char *first_clause(const char *text)
+{
+    const char *end = text + strcspn(text, ";:"), *open = end;
+    while (open > text && *open != '(' && *open != ')') open--;
+    if (*open != '(') return end;
+    while (open > text && open[-1] == ' ') open--;
+    return open;
+}
+
 /* ---- zsh */
 
 /* Help within a specification of _arguments: no brackets, colons and quotes. The first clause is enough. */
 static void put_zsh_help(const char *text)
 {
-    for (; *text && *text != ';' && *text != ':'; text++) {
+    for (const char *end = first_clause(text); text < end; text++) {
         if (*text == '\'') fputs("'\\''", stdout);
         else if (*text == '[' || *text == ']') putchar(*text == '[' ? '(' : ')');
         else putchar(*text);
@@ -284,7 +294,7 @@ static void zsh(void)
 static void put_fish_help(const char *text)
 {
     fputs(" -d '", stdout);
-    for (; *text && *text != ';' && *text != ':'; text++) {
+    for (const char *end = first_clause(text); text < end; text++) {
         if (*text == '\'' || *text == '\\') putchar('\\');
         putchar(*text);
     }
