@@ -33,7 +33,7 @@ typedef struct cutting {
     const uint8_t *left_out;
     const qw_old_rims *old;
     double edge;
-    uint32_t *same;             /* uint32_t[input->vertex_count]: the least vertex at the same place */
+    uint32_t *same;             /* uint32_t[input->vertex_count]: the least vertex that is one with it (weld.h) */
     uint32_t *on_rim, *another; /* on_rim: uint32_t[input->vertex_count], another: uint32_t[rim vertices]: the rim
                                    vertices that are at a vertex, one by one; QW_NONE: no more */
     uint8_t *shared;            /* uint8_t[rim vertices]: polygons beyond the edge that leaves each */
@@ -59,35 +59,6 @@ static double distance(const double *p, const double *q)
     double d2 = 0;
     for (int k = 0; k < 3; k++) d2 += (p[k] - q[k]) * (p[k] - q[k]);
     return sqrt(d2);
-}
-
-/* ---- which vertices are one */
-
-uint64_t qw_hash_of_place(const double *p)
-{
-    uint64_t h = 1469598103934665603u, bits[3];
-    double q[3] = {p[0] + 0.0, p[1] + 0.0, p[2] + 0.0}; /* -0 is 0 */
-    memcpy(bits, q, sizeof bits);
-    for (int k = 0; k < 3; k++) h = (h ^ bits[k]) * 1099511628211u, h ^= h >> 29;
-    return h & 0xffffffff00000000u;
-}
-
-static void find_same(cutting *c)
-{
-    uint32_t n = c->input->vertex_count;
-    const double *p = c->input->position;
-    c->same = QW_NEW(c->env, uint32_t, n);
-    uint64_t *key = QW_NEW(c->env, uint64_t, n);
-    for (uint32_t v = 0; v < n; v++) key[v] = qw_hash_of_place(p + 3 * (size_t)v) | v, c->same[v] = v;
-    qw_sort_u64(key, n);
-    for (uint32_t i = 0; i < n; i++) {
-        uint32_t v = (uint32_t)key[i];
-        for (uint32_t j = i; c->same[v] == v && j-- > 0 && key[j] >> 32 == key[i] >> 32;) {
-            uint32_t u = (uint32_t)key[j];
-            if (c->same[u] == u && distance(p + 3 * (size_t)u, p + 3 * (size_t)v) == 0) c->same[v] = u;
-        }
-    }
-    qw_free(c->env, key);
 }
 
 /* ---- the rims as they are */
@@ -208,6 +179,25 @@ static void part_loop(cutting *c, uint32_t l)
         if (k + 1 < n && !(!closed && is_node(c, i, next))) continue;
         end_arc(c, &a);
         a = (arc){.loop = l, .first = next - begin};
+    }
+}
+
+/* Edges that an arc gets. */
+static uint32_t edges_of(const arc *a) { return a->keeps && a->wanted < a->edges ? a->edges : a->wanted; }
+
+/* A loop of several arcs has as many edges as one of one arc at the least: of two, they would be one. */
+static void lengthen_loops(cutting *c)
+{
+    for (uint32_t i = 0, next; i < c->arc_count; i = next) {
+        uint32_t sum = 0;
+        for (next = i; next < c->arc_count && c->arcs[next].loop == c->arcs[i].loop; next++)
+            sum += edges_of(&c->arcs[next]);
+        for (; sum < LEAST_LOOP; sum++) {
+            arc *best = &c->arcs[i];
+            for (uint32_t k = i; k < next; k++)
+                if (c->arcs[k].length * edges_of(best) > best->length * edges_of(&c->arcs[k])) best = &c->arcs[k];
+            best->wanted = edges_of(best) + 1;
+        }
     }
 }
 
@@ -474,14 +464,13 @@ static void even_out(cutting *c)
     for (uint32_t i = 0; i < c->arc_count; i++) {
         arc *a = &c->arcs[i];
         uint32_t p = c->old->component[a->loop];
-        edges[p] += a->keeps && a->wanted < a->edges ? a->edges : a->wanted;
+        edges[p] += edges_of(a);
         if (a->length > 0 && (!longest[p] || a->length > longest[p]->length)) longest[p] = a;
     }
     for (uint32_t p = 0; p <= most; p++) {
         arc *a = longest[p];
         if (edges[p] % 2 == 0 || !a) continue;
-        if (a->keeps && a->wanted < a->edges) a->wanted = a->edges;
-        a->wanted++;
+        a->wanted = edges_of(a) + 1;
     }
     qw_free(c->env, edges), qw_free(c->env, longest);
 }
@@ -507,13 +496,14 @@ qw_recut qw_recut_rims(qw_env *env, const qw_clean_input *input, const uint8_t *
     assert(edge > 0 && rims->count > 0 && left_out);
     uint32_t all = rims->begin[rims->count];
     cutting c = {.env = env, .input = input, .left_out = left_out, .old = rims, .edge = edge};
-    find_same(&c);
+    c.same = qw_weld_along_rims(env, input, left_out, rims);
     index_rims(&c);
     c.arcs = QW_NEW_ZERO(env, arc, all), c.to = QW_NEW(env, uint32_t, all);
     c.cut.begin = QW_NEW(env, uint32_t, (size_t)rims->count + 1);
     c.cut.face_begin = qw_grow(env, NULL, &c.begin_room, 1, sizeof(uint32_t));
     c.cut.face_begin[0] = 0;
     for (uint32_t l = 0; l < rims->count; l++) part_loop(&c, l);
+    lengthen_loops(&c);
     for (int attempt = 1; !cut_once(&c) && attempt <= ATTEMPTS; attempt++)
         for (uint32_t i = 0; i < c.arc_count; i++) {
             arc *a = &c.arcs[i];

@@ -6,15 +6,7 @@
 #ifndef QW_CORE_RECUT_H
 #define QW_CORE_RECUT_H
 
-#include "base/env.h"
-#include "mesh/clean_input.h"
-
-/* The rims as they are: loops of vertices of the input, the region to their left. */
-typedef struct qw_old_rims {
-    uint32_t count, *begin; /* uint32_t[count + 1] */
-    uint32_t *vertex;       /* uint32_t[begin[count]]: of the input; QW_NONE: one that cleaning has made, which stays */
-    uint32_t *component;    /* uint32_t[count]: in each the loops have an even number of edges together afterwards */
-} qw_old_rims;
+#include "core/weld.h"
 
 typedef struct qw_recut {
     /* of the rims: loops as those that came in, of vertices of the input, or from input->vertex_count on of `made` */
@@ -34,8 +26,5 @@ typedef struct qw_recut {
 /* edge: how far apart the vertices are to be, in the input's units. In the current scope. */
 qw_recut qw_recut_rims(qw_env *env, const qw_clean_input *input, const uint8_t *left_out, const qw_old_rims *rims,
                        double edge);
-
-/* 32 bits of a place, double[3], in the upper half: the same for 0 and -0. */
-uint64_t qw_hash_of_place(const double *p);
 
 #endif

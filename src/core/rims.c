@@ -1,10 +1,8 @@
 #include "core/rims.h"
 
+#include "core/cut.h"
 #include "core/recut.h"
 
-#include "core/cut.h"
-
-#include "base/sort.h"
 #include "demand/asked.h"
 #include "math/elementary.h"
 #include "field/density.h"
@@ -174,6 +172,13 @@ static qw_old_rims list_rims(const qw_run_state *run)
     for (uint32_t l = 0; l < rims.count; l++)
         old.component[l] = run->whole.census.component[rims.half[rims.begin[l]] / 3];
     return old;
+}
+
+/* uint32_t[vertices of the input]: as qw_weld_along_rims. Polygons were left out. */
+static uint32_t *weld_rims(const qw_run_state *run)
+{
+    qw_old_rims old = list_rims(run);
+    return qw_weld_along_rims(run->env, run->whole.input, run->whole.left_out, &old);
 }
 
 /* With vertices as far apart as the edges of so many quads inside are long. There is a rim. */
@@ -472,32 +477,19 @@ void qw_warn_of_rims(qw_run_state *run)
 
 /* ---- the quads and what was left out */
 
-/* Numbers for vertices of the input, and for those that were made, in the joined mesh: by the vertex or, where the
-   surface was welded, by its place. */
+/* Numbers for vertices of the input, and for those that were made, in the joined mesh. */
 typedef struct numbering {
     const qw_run_state *run;
     qw_outside outside;
     qw_recut cut;
+    uint32_t *same;     /* uint32_t[vertices of the input]: the least vertex that is one with each (weld.h) */
     uint32_t *of_input; /* uint32_t[vertices of the input and made ones]: number in the joined mesh, or QW_NONE */
-    uint64_t *place;    /* uint64_t[rim vertices], sorted: hash of the place, and the vertex of the input */
-    size_t places;
 } numbering;
 
-static uint32_t at_same_place(const numbering *n, uint32_t v)
+/* Where the number of a vertex of the input, or of a made one, is. */
+static uint32_t *number_of(const numbering *n, uint32_t v)
 {
-    const double *position = n->run->whole.input->position, *p = position + 3 * (size_t)v;
-    uint64_t key = qw_hash_of_place(p);
-    size_t low = 0, high = n->places;
-    while (low < high) {
-        size_t middle = (low + high) / 2;
-        if (n->place[middle] < key) low = middle + 1;
-        else high = middle;
-    }
-    for (; low < n->places && (n->place[low] & 0xffffffff00000000u) == key; low++) {
-        const double *q = position + 3 * (n->place[low] & 0xffffffffu);
-        if (p[0] == q[0] && p[1] == q[1] && p[2] == q[2]) return n->of_input[n->place[low] & 0xffffffffu];
-    }
-    return QW_NONE;
+    return &n->of_input[v < n->run->whole.input->vertex_count ? n->same[v] : v];
 }
 
 /* Numbers of the quads' vertices in the joined mesh: uint32_t[finished.vertex_count]. Vertices of rims that are one
@@ -506,15 +498,10 @@ static uint32_t *number_quads(qw_run_state *run, numbering *n)
 {
     uint32_t *number = QW_NEW(run->env, uint32_t, run->finished.vertex_count), count = 0;
     for (uint32_t v = 0; v < run->finished.vertex_count; v++) {
-        uint32_t of = run->rim[v];
-        if (of != QW_NONE && n->of_input[of] != QW_NONE) number[v] = n->of_input[of];
-        else number[v] = count++;
-        if (of != QW_NONE) n->of_input[of] = number[v];
+        uint32_t *known = run->rim[v] != QW_NONE ? number_of(n, run->rim[v]) : NULL;
+        number[v] = known && *known != QW_NONE ? *known : count++;
+        if (known) *known = number[v];
     }
-    for (uint32_t v = 0; v < run->whole.input->vertex_count; v++)
-        if (n->of_input[v] != QW_NONE)
-            n->place[n->places++] = qw_hash_of_place(run->whole.input->position + 3 * (size_t)v) | v;
-    qw_sort_u64(n->place, n->places);
     run->joined.vertex_count = count;
     return number;
 }
@@ -525,10 +512,8 @@ static void number_left_out(qw_run_state *run, numbering *n)
     uint32_t corners = n->outside.face_begin[n->outside.face_count];
     j->face_count += n->outside.face_count, j->corner_count += corners;
     for (uint32_t i = 0; i < corners; i++) {
-        uint32_t v = n->outside.vertex[i];
-        if (n->of_input[v] != QW_NONE) continue;
-        uint32_t same = v < run->whole.input->vertex_count ? at_same_place(n, v) : QW_NONE;
-        n->of_input[v] = same != QW_NONE ? same : j->vertex_count++;
+        uint32_t *number = number_of(n, n->outside.vertex[i]);
+        if (*number == QW_NONE) *number = j->vertex_count++;
     }
 }
 
@@ -544,7 +529,7 @@ static void fill_joined(qw_run_state *run, const numbering *n, const uint32_t *n
     for (uint32_t f = 0; f < o->face_count; f++)
         j->face_size[q->face_count + f] = o->face_begin[f + 1] - o->face_begin[f];
     for (uint32_t i = 0; i < o->face_begin[o->face_count]; i++) {
-        uint32_t to = n->of_input[o->vertex[i]];
+        uint32_t to = *number_of(n, o->vertex[i]);
         j->corner[4 * (size_t)q->face_count + i] = to;
         memcpy(j->position + 3 * (size_t)to, position_of(run, &n->cut, o->vertex[i]), 3 * sizeof *j->position);
     }
@@ -562,7 +547,7 @@ void qw_join_left_out(qw_run_state *run)
     if (joins) {
         n.cut = recut_of(run), n.outside = qw_list_outside(run);
         size_t all = (size_t)run->whole.input->vertex_count + n.cut.made_count;
-        n.of_input = QW_NEW(env, uint32_t, all), n.place = QW_NEW(env, uint64_t, all);
+        n.of_input = QW_NEW(env, uint32_t, all), n.same = weld_rims(run);
         memset(n.of_input, 0xff, all * sizeof *n.of_input);
         run->report->kept_faces = n.outside.face_count;
         number = number_quads(run, &n);
@@ -571,7 +556,7 @@ void qw_join_left_out(qw_run_state *run)
     j->position = QW_NEW(env, double, 3 * (size_t)j->vertex_count);
     j->face_size = QW_NEW(env, uint32_t, j->face_count), j->corner = QW_NEW(env, uint32_t, j->corner_count);
     if (joins) fill_joined(run, &n, number);
-    qw_free(env, n.of_input), qw_free(env, n.place), qw_free(env, number);
+    qw_free(env, n.of_input), qw_free(env, n.same), qw_free(env, number);
 }
 
 qw_mesh_view qw_view_of_result(const qw_run_state *run)
