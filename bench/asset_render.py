@@ -1,10 +1,10 @@
 """An asset beside Blender's own way to one (Smart UV Project, Cycles' bake from the input), on the same quads, and both beside the input: rendered
-by Cycles from the same place. Mean difference of the pictures, of 255, where both show the surface.
+by Cycles from the same place. Mean difference of the pictures, of 255, where both show the surface (the input twice: of its noise alone), and of the normals as they are shaded, in degrees.
 
 usage: asset_render.py QUADWRIGHT FOLDER MESH.obj...   (needs Debian's blender and numpy; pictures and a table come to FOLDER)"""
 import json, pathlib, subprocess, sys, time
 
-TEXELS, FACES = 1024, 3000
+TEXELS, FACES = 2048, 5000
 SCENE = """
 import numpy; numpy.bool = bool  # Debian's glTF importer
 import bpy, mathutils, sys, time, json
@@ -21,7 +21,8 @@ def load(path):
     if path.endswith('.glb'): bpy.ops.import_scene.gltf(filepath=path)
     elif path.endswith('.obj'): bpy.ops.wm.obj_import(filepath=path, forward_axis='NEGATIVE_Z', up_axis='Y')
     made = [o for o in bpy.data.objects if o not in before and o.type == 'MESH']
-    for p in made[0].data.polygons: p.use_smooth = True
+    if not made[0].data.has_custom_normals: # Blender holds those relative to what is smooth: set afterwards, they would turn
+        for p in made[0].data.polygons: p.use_smooth = True
     return made[0]
 
 def plain(o):
@@ -61,7 +62,7 @@ begin = time.time()
 scene.cycles.samples = 4
 bpy.ops.object.bake(type='NORMAL', use_selected_to_active=True, cage_extrusion=0.02 * size, max_ray_distance=0.04 * size, margin=4)
 baked = time.time() - begin
-scene.cycles.samples = 48
+scene.cycles.samples = 128
 k = [n for n in m.node_tree.nodes if n.type == 'NORMAL_MAP'][0]
 m.node_tree.links.new(k.outputs['Normal'], m.node_tree.nodes['Principled BSDF'].inputs['Normal'])
 baked_map = next((n.image for n in ours.data.materials[0].node_tree.nodes if n.type == 'TEX_IMAGE' and n.image.colorspace_settings.name == 'Non-Color'), None)
@@ -81,18 +82,71 @@ sun.data.energy = 2; sun.rotation_euler = (away + mathutils.Vector((0.3, 0, 0.6)
 scene.world = bpy.data.worlds.new('w'); scene.world.use_nodes = True
 scene.world.node_tree.nodes['Background'].inputs[1].default_value = 0.3
 pixels = {}
-for what, o in (('input', whole), ('blender', bare), ('ours', ours)):
+
+def shoot(o, what):
     only(o)
     scene.render.filepath = f'{folder}/{name}-{what}.png'
     bpy.ops.render.render(write_still=True)
-    i = bpy.data.images.load(scene.render.filepath); a = numpy.empty(len(i.pixels), numpy.float32); i.pixels.foreach_get(a)
-    pixels[what] = a.reshape(-1, 4)
+    i = bpy.data.images.load(scene.render.filepath)
+    if '-' in what: i.colorspace_settings.name = 'Non-Color'
+    a = numpy.empty(len(i.pixels), numpy.float32); i.pixels.foreach_get(a)
+    return a.reshape(-1, 4)
+
+for what, o in (('input', whole), ('noise', whole), ('blender', bare), ('ours', ours)):
+    scene.cycles.seed = what == 'noise'
+    pixels[what] = shoot(o, what)
+# normals as shaded, and depths, as light
+scene.view_settings.view_transform, scene.render.image_settings.color_depth, scene.cycles.samples = 'Raw', '16', 4
+scene.cycles.filter_width = 0.01 # one place a pixel
+scene.world.node_tree.nodes['Background'].inputs[1].default_value = 0
+begin_z, span_z = 1.6 * radius, 2 * radius # the surface lies between
+for what, o in (('input', whole), ('blender', bare), ('ours', ours)):
+    tree = o.data.materials[0].node_tree
+    n = tree.nodes
+    normal = next((l.from_socket for l in tree.links if l.to_socket.name == 'Normal' and l.to_node.type == 'BSDF_PRINCIPLED'), None) or n.new('ShaderNodeNewGeometry').outputs['Normal']
+    half, light, depth = n.new('ShaderNodeVectorMath'), n.new('ShaderNodeEmission'), n.new('ShaderNodeMapRange')
+    half.operation = 'MULTIPLY_ADD'; half.inputs[1].default_value = half.inputs[2].default_value = (0.5, 0.5, 0.5)
+    depth.inputs['From Min'].default_value, depth.inputs['From Max'].default_value = begin_z, begin_z + span_z
+    tree.links.new(n.new('ShaderNodeCameraData').outputs['View Z Depth'], depth.inputs['Value'])
+    tree.links.new(normal, half.inputs[0]); tree.links.new(half.outputs[0], light.inputs['Color'])
+    tree.links.new(light.outputs[0], next(k for k in n if k.type == 'OUTPUT_MATERIAL').inputs['Surface'])
+    pixels[what + ' normals'] = shoot(o, f'{what}-normals')
+    tree.links.new(depth.outputs[0], light.inputs['Color'])
+    pixels[what + ' depth'] = shoot(o, f'{what}-depth')
+
+def near(a, reach, of): # of a pixel and those around it
+    rows = a.reshape(512, 512)
+    for axis in (0, 1): rows = of([numpy.roll(rows, k, axis) for k in range(-reach, reach + 1)], axis=0)
+    return rows.reshape(-1)
+
+def inside(what): # not within two pixels of where a depth jumps by a fiftieth of the size, as at every outline: a pixel that shows nothing is far away
+    z = numpy.where(pixels[what + ' depth'][:, 3] == 1, pixels[what + ' depth'][:, 0], 9)
+    return (z < 9) & (near(z, 2, numpy.max) - near(z, 2, numpy.min) < 0.04)
+
 told = {'bake_s': baked}
-for what in ('blender', 'ours'):
-    both = (pixels['input'][:, 3] == 1) & (pixels[what][:, 3] == 1)
+for what in ('noise', 'blender', 'ours'):
+    both = inside('input') & (inside(what) if what != 'noise' else True)
     told[what] = float(numpy.abs(pixels['input'][both, :3] - pixels[what][both, :3]).mean() * 255)
+    if what == 'noise': continue
+    a, b = (pixels[w + ' normals'][both, :3] * 2 - 1 for w in ('input', what))
+    a, b = (x / numpy.maximum(numpy.linalg.norm(x, axis=1), 1e-9)[:, None] for x in (a, b))
+    told[what + '_degrees'] = float(numpy.degrees(numpy.arccos(numpy.clip((a * b).sum(1), -1, 1))).mean())
+    told[what + '_share'] = float(both.sum() / (pixels['input'][:, 3] == 1).sum())
 open(f'{folder}/{name}.json', 'w').write(json.dumps(told))
 """
+
+
+def triangulated(mesh, target):
+    """Polygons of an OBJ cut from their first corners: how they are bent inside is nowhere said, and every program has its own way."""
+    with open(mesh) as file, open(target, "w") as out:
+        for line in file:
+            word, *rest = line.split() or [""]
+            if word != "f" or len(rest) == 3:
+                out.write(line)
+                continue
+            for k in range(1, len(rest) - 1):
+                out.write(f"f {rest[0]} {rest[k]} {rest[k + 1]}\n")
+    return str(target)
 
 
 def main(program, folder, *meshes):
@@ -100,9 +154,10 @@ def main(program, folder, *meshes):
     folder.mkdir(exist_ok=True)
     script = folder / "scene.py"
     script.write_text(SCENE.replace("TEXELS", str(TEXELS)))
-    print("| mesh | ours: difference | Blender: difference | ours: s | Blender's bake: s |\n|---|---|---|---|---|")
+    print("| mesh | the input twice | ours | Blender | ours: degrees | Blender: degrees | ours: s | Blender's bake: s |\n|---|---|---|---|---|---|---|---|")
     for mesh in meshes:
         name = pathlib.Path(mesh).stem
+        mesh = triangulated(mesh, folder / f"{name}-input.obj")
         quads, asset = str(folder / f"{name}-quads.obj"), str(folder / f"{name}.glb")
         subprocess.run([program, mesh, "-o", quads, "--faces", str(FACES), "--no-attributes", "-q"], check=True)
         begin = time.time()
@@ -111,7 +166,7 @@ def main(program, folder, *meshes):
         with open(folder / f"{name}.log", "w") as log:
             subprocess.run(["blender", "-b", "-P", str(script), "--", mesh, quads, asset, str(folder), name], stdout=log, stderr=log)
         told = json.loads((folder / f"{name}.json").read_text())
-        print(f"| {name} | {told['ours']:.2f} | {told['blender']:.2f} | {took:.1f} | {told['bake_s']:.1f} |", flush=True)
+        print(f"| {name} | {told['noise']:.2f} | {told['ours']:.2f} | {told['blender']:.2f} | {told['ours_degrees']:.2f} | {told['blender_degrees']:.2f} | {took:.1f} | {told['bake_s']:.1f} |", flush=True)
 
 
 if __name__ == "__main__":

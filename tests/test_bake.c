@@ -235,6 +235,32 @@ static void normals_of_a_sphere(void **state)
     protect(bake_cap);
 }
 
+/* ---- shading normals of an input without any */
+
+/* A low pyramid whose sides are alike but for their lengths: its tip faces up, however large they are. */
+static void look_at_tip(void *user)
+{
+    qw_env *env = ((job *)user)->env;
+    static const float length[4] = {1, 3, 1, 0.5f};
+    static uint32_t corner[12] = {4, 0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0}, face[4] = {0, 1, 2, 3};
+    qw_vec3 position[5] = {0}, normal[4];
+    for (int i = 0; i < 4; i++) {
+        float x = i == 0 ? 1 : i == 2 ? -1 : 0, y = i == 1 ? 1 : i == 3 ? -1 : 0;
+        position[i] = qw_scale(qw_v3(x, y, -0.3f), length[i]);
+    }
+    qw_trimesh mesh = {.vertex_count = 5, .face_count = 4, .position = position, .corner = corner};
+    for (uint32_t f = 0; f < 4; f++) normal[f] = qw_normalize(qw_face_cross(&mesh, f));
+    const qw_source source = {.mesh = mesh, .face = face, .normal = normal};
+    const qw_material_list none = {0};
+    qw_look look = qw_begin_look(env, &source, NULL, 0, false, &none, NULL);
+    for (size_t f = 0; f < 4; f++) assert_true(look.normal[3 * f].z > 0.99999f);
+}
+static void tips_face_up(void **state)
+{
+    (void)state;
+    protect(look_at_tip);
+}
+
 /* ---- whole assets */
 
 typedef struct asset {
@@ -560,6 +586,7 @@ QW_TEST_SUITE(bake)
         cmocka_unit_test(png_comes_back),
         cmocka_unit_test(hostile_pictures_are_refused),
         cmocka_unit_test(normals_of_a_sphere),
+        cmocka_unit_test(tips_face_up),
         cmocka_unit_test(constant_color),
         cmocka_unit_test(charts_at_any_scale),
         cmocka_unit_test(maps_at_any_scale),

@@ -20,10 +20,24 @@ double qw_to_srgb(double x)
 
 typedef struct normal_search {
     qw_look *look;
-    const uint32_t *first, *face; /* faces around each vertex: face[first[v]] .. face[first[v + 1] - 1] */
+    const uint32_t *first, *corner; /* half-edges from each vertex: corner[first[v]] .. corner[first[v + 1] - 1] */
+    float *angle;                   /* float[3 faces]: in radians, at the corners */
 } normal_search;
 
-/* At each corner the mean of the faces around its vertex that face nearly as its own, by their areas. */
+static void find_some_angles(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    const normal_search *s = user;
+    const qw_trimesh *m = &s->look->source->mesh;
+    (void)block;
+    for (uint32_t h = 3 * begin; h < 3 * end; h++) {
+        qw_vec3 here = m->position[m->corner[h]], a = qw_sub(m->position[m->corner[qw_next(h)]], here);
+        qw_vec3 b = qw_sub(m->position[m->corner[qw_prev(h)]], here);
+        s->angle[h] = (float)qw_atan2((double)qw_length(qw_cross(a, b)), (double)qw_dot(a, b));
+    }
+}
+
+/* At each corner the mean of the faces around its vertex that face nearly as its own, by their angles there: so a
+   surface looks the same however it is cut into triangles, and as programs for pictures show it. */
 static void find_some_normals(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const normal_search *s = user;
@@ -33,8 +47,8 @@ static void find_some_normals(void *user, uint32_t block, uint32_t begin, uint32
         for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
             qw_vec3 own = s->look->source->normal[f], sum = qw_v3(0, 0, 0);
             for (uint32_t k = s->first[m->corner[h]]; k < s->first[m->corner[h] + 1]; k++)
-                if (qw_dot(s->look->source->normal[s->face[k]], own) >= SMOOTH)
-                    sum = qw_add(sum, qw_face_cross(m, s->face[k]));
+                if (qw_dot(s->look->source->normal[s->corner[k] / 3], own) >= SMOOTH)
+                    sum = qw_madd(sum, s->angle[s->corner[k]], s->look->source->normal[s->corner[k] / 3]);
             sum = qw_normalize(sum);
             s->look->normal[h] = qw_length2(sum) > 0 ? sum : own;
         }
@@ -45,13 +59,14 @@ static void find_normals(qw_env *env, qw_look *l)
     enum { GRAIN = 4096 };
     const qw_trimesh *m = &l->source->mesh;
     uint32_t *first = QW_NEW_ZERO(env, uint32_t, m->vertex_count + (size_t)2);
-    uint32_t *face = QW_NEW(env, uint32_t, 3 * (size_t)m->face_count);
+    uint32_t *corner = QW_NEW(env, uint32_t, 3 * (size_t)m->face_count);
     for (size_t h = 0; h < 3 * (size_t)m->face_count; h++) first[m->corner[h] + 2]++;
     for (uint32_t v = 0; v < m->vertex_count; v++) first[v + 2] += first[v + 1];
-    for (uint32_t h = 0; h < 3 * m->face_count; h++) face[first[m->corner[h] + 1]++] = h / 3;
-    normal_search s = {l, first, face};
+    for (uint32_t h = 0; h < 3 * m->face_count; h++) corner[first[m->corner[h] + 1]++] = h;
+    normal_search s = {l, first, corner, QW_NEW(env, float, 3 * (size_t)m->face_count)};
+    qw_parallel(env, m->face_count, GRAIN, find_some_angles, &s);
     qw_parallel(env, m->face_count, GRAIN, find_some_normals, &s);
-    qw_free(env, face), qw_free(env, first);
+    qw_free(env, s.angle), qw_free(env, corner), qw_free(env, first);
 }
 
 /* Those that the input has, on the side that the result faces. */
