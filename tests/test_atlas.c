@@ -187,6 +187,27 @@ static void moebius_strip(void **state)
     run(quad_sheet(24, 4, 1, 0, 1), 24, 0.6);
 }
 
+/* Rows of quads down to a part of a step of the texture's grid in width, which meet: nothing crosses by rounding. */
+static void slivers(void **state)
+{
+    (void)state;
+    enum { N = 12 };
+    for (uint64_t seed = 1; seed <= 12; seed++) {
+        quad_shape s = quad_sheet(N, N, 0, 0, 0);
+        double along[N + 1] = {0}, across[N + 1] = {0};
+        uint64_t chance = seed;
+        for (uint64_t i = 0; i < N; i++) {
+            along[i + 1] = along[i] + (i % 3 == 1 ? (double)(1 + random_bits(&chance) % 9) * 1e-6 : 1);
+            across[i + 1] = across[i] + (i % 4 == 2 ? (double)(1 + random_bits(&chance) % 9) * 1e-6 : 1);
+        }
+        for (uint32_t v = 0; v < s.vertex_count; v++) {
+            double *p = s.position + 3 * (size_t)v, x = along[v % (N + 1)], y = across[v / (N + 1)];
+            p[0] = x, p[1] = y, p[2] = 0.1 * sin(x);
+        }
+        run(s, 30, 0.3);
+    }
+}
+
 /* A plane with holes lies flat as it is: one chart, and no seam from hole to hole. */
 static void flat_with_holes(void *user)
 {
@@ -385,6 +406,7 @@ QW_TEST_SUITE(atlas)
         cmocka_unit_test(closed_sphere),
         cmocka_unit_test(torus),
         cmocka_unit_test(moebius_strip),
+        cmocka_unit_test(slivers),
         cmocka_unit_test(holes_need_no_seams),
         cmocka_unit_test(mirrored_seams),
         cmocka_unit_test(seams_in_grooves),

@@ -59,28 +59,59 @@ typedef struct trial {
     uint32_t *local;
 } trial;
 
-static double try_packing(void *user, const qw_charts_made *made)
+static double try_packing(void *user, const qw_charts_made *made, bool quick)
 {
     trial *t = user;
+    qw_pack_options pack = t->pack;
+    pack.is_trial = quick;
     qw_scope_begin(t->k.env);
     t->k.made = made;
     take_pieces(&t->k, t->local);
-    double used = qw_pack(t->k.env, t->k.piece, made->count, &t->pack).used;
+    double used = qw_pack(t->k.env, t->k.piece, made->count, &pack).used;
     qw_scope_end(t->k.env);
     return used;
 }
 
-static void place_chart(maker *k, uint32_t a)
+/* Rounds a chart's place to whole multiples of the grid. at: double[vertex_count][2], within the tile; shift: of the
+   grid, below one of its steps. */
+static void round_chart(qw_flat *t, const double (*at)[2], const double shift[2])
 {
     const double grid = 1.0 / (1 << QW_UV_BITS);
+    for (uint32_t v = 0; v < t->vertex_count; v++)
+        for (int r = 0; r < 2; r++) t->at[v][r] = qw_round_even(at[v][r] / grid + shift[r]) * grid;
+}
+
+/* Triangles that are hardly wider than a step of the grid, and parts of a boundary that are as near, may cross by
+   rounding alone: then the chart is rounded from other places within a step until none do. */
+static bool settle_chart(maker *k, qw_flat *t)
+{
+    enum { TRIES = 64 };
+    const double grid = 1.0 / (1 << QW_UV_BITS);
+    double(*at)[2] = qw_alloc(k->env, t->vertex_count, sizeof *at), shift[2] = {0, 0};
+    bool simple = false;
+    memcpy(at, t->at, t->vertex_count * sizeof *at);
+    for (int i = 0; i < TRIES && !simple; i++) {
+        round_chart(t, (const double(*)[2])at, shift);
+        simple = qw_flat_is_simple(k->env, t, grid);
+        for (int r = 0; r < 2; r++) { /* multiples of irrational numbers: spread evenly over the step */
+            shift[r] += r ? 0.5698402909980532 : 0.7548776662466927;
+            if (shift[r] >= 0.5) shift[r] -= 1;
+        }
+    }
+    qw_free(k->env, at);
+    return simple;
+}
+
+static void place_chart(maker *k, uint32_t a)
+{
     qw_flat *t = &k->flat[a];
     const qw_piece *p = &k->piece[a];
     for (uint32_t v = 0; v < t->vertex_count; v++) {
         double to[2];
         qw_place_in_tile(p, k->atlas->packing.scale, t->at[v], to);
-        for (int r = 0; r < 2; r++) t->at[v][r] = qw_round_even(to[r] / grid) * grid;
+        memcpy(t->at[v], to, sizeof to);
     }
-    k->atlas->overlapping += !qw_flat_is_simple(k->env, t, grid);
+    k->atlas->overlapping += !settle_chart(k, t);
     for (uint32_t i = 0; i < t->corner_count; i++) {
         float *uv = k->atlas->uv + 2 * (size_t)t->place[i];
         uv[0] = (float)(t->at[t->vertex[i]][0] + p->tile), uv[1] = (float)t->at[t->vertex[i]][1];
@@ -96,7 +127,7 @@ qw_atlas qw_make_atlas(qw_env *env, qw_atlas_mesh *mesh, const qw_atlas_options 
     uint32_t *local = QW_NEW(env, uint32_t, mesh->corner_count);
     maker k = {.env = env, .mesh = mesh, .atlas = &atlas};
     trial t = {.k = k, .pack = options->pack, .local = local};
-    t.pack.is_trial = true, t.pack.scale = 0;
+    t.pack.is_untold = true, t.pack.scale = 0;
     qw_charts_made made = qw_make_charts(env, mesh, options->most_stretch, options->weight, options->mirror,
                                          try_packing, &t);
     k.made = &made;

@@ -10,13 +10,12 @@ enum {
     RIGID_STEPS = 4,  /* of a trial: the parts lie flat before, and only what lies between them has to give way */
     FIRST_STEPS = 6,  /* of a patch by itself, from the circle */
     LOWER_STEPS = 40, /* where those leave inverted triangles, and at the end */
-    GRID_BITS = 17    /* exact tests see the root of a chart's area as so many bits */
+    GRID_BITS = 23    /* exact tests see the root of the surface's area as so many bits: finer than what is written */
 };
 static const double MOST_OF_ONE = 3; /* a triangle may be stretched so much more than the mean of its chart */
 static const double CRUMB = 0.003;   /* of the surface: what is smaller packs anyhow */
 static const double SHARE_OF_FULL =
     8; /* more of the surface, times the square of how much more than `fill` is filled */
-static const double WELL_PACKED = 0.69; /* share of the square, in a trial */
 /* What charts must be like: larger and of freer shape each time. */
 typedef struct bounds {
     double share;  /* most of the surface, in one chart */
@@ -45,6 +44,7 @@ typedef struct maker {
     double most_stretch;
     double total; /* area of the surface */
     bounds bounds;
+    uint32_t joins_left; /* so many more are made */
     candidate *heap;
     uint32_t held;
     size_t capacity;
@@ -465,8 +465,9 @@ static void join_all(maker *k)
     while (k->held > 0) {
         candidate c = pop(k);
         if (k->made.chart[c.a].stamp != c.stamp_a || k->made.chart[c.b].stamp != c.stamp_b) continue;
-        if (was_refused(k, c.a, c.b)) continue;
+        if (was_refused(k, c.a, c.b) || k->joins_left == 0) continue;
         if (make_join(k, &c)) {
+            k->joins_left--;
             offer_all(k, c.a);
             continue;
         }
@@ -561,6 +562,8 @@ typedef struct state {
     double (*uv)[2]; /* double[corner_count][2] */
     uint8_t *seam;   /* uint8_t[corner_count] */
     uint8_t *stub;   /* uint8_t[face_count]: 1 where a face is one */
+    bounds allowed;  /* of its charts */
+    uint32_t joins;  /* that were made in it, each with its opposite */
     bool is_finished;
 } state;
 
@@ -579,6 +582,22 @@ static void add_state(const maker *k, state *s)
     keep_state(k, s);
 }
 
+/* Joins what the bounds allow, so many at most; false: nothing. */
+static bool join_more(maker *k, bounds allowed, uint32_t most, state *s)
+{
+    uint32_t before = k->made.joins;
+    k->bounds = allowed, k->joins_left = most;
+    for (uint32_t a = 0; a < k->made.count; a++) k->made.chart[a].refusals = 0;
+    join_all(k);
+    drop_joined(k);
+    if (k->made.joins == before) return false;
+    add_state(k, s);
+    s->allowed = allowed, s->joins = most - k->joins_left;
+    qw_free(k->env, k->made.chart);
+    take_charts(k);
+    return true;
+}
+
 /* Its charts, finished. */
 static void go_back(maker *k, state *s)
 {
@@ -595,33 +614,62 @@ static void go_back(maker *k, state *s)
     s->is_finished = true;
 }
 
-/* Joins at every level, and takes the last whose charts pack well in a trial, else the first. */
-static void join_at_levels(maker *k, qw_chart_trial *trial, void *user)
+/* Of the charts that were found to pack well those that are fewest. */
+typedef struct choice {
+    maker *k;
+    qw_chart_trial *trial;
+    void *user;
+    state best;
+} choice;
+
+/* Whether they pack well: where a short trial leaves that open, by all orders. */
+static bool try_charts(choice *c, state *s)
 {
-    state all[LEVELS];
-    uint32_t count = 0;
-    for (uint32_t level = 0; level < (trial ? LEVELS : 1); level++) {
-        uint32_t before = k->made.joins;
-        k->bounds = levels[level];
-        for (uint32_t a = 0; a < k->made.count; a++) k->made.chart[a].refusals = 0;
-        join_all(k);
-        drop_joined(k);
-        qw_progress_work(k->env, PATCHES_LAID + (CHARTS_JOINED - PATCHES_LAID) * (level + 1) / LEVELS);
-        if (level > 0 && k->made.joins == before) continue;
-        add_state(k, &all[count++]);
-        qw_free(k->env, k->made.chart);
-        take_charts(k);
-    }
-    /* bisection: those that are larger pack less well, on the whole */
-    uint32_t best = 0;
-    for (uint32_t low = 0, high = count; high - low > 1;) {
+    go_back(c->k, s);
+    const double LIKELY = 0.69, FILLED = 0.7; /* of the square: in a short trial, and by all orders */
+    double share = c->trial(c->user, &c->k->made, true);
+    if (share < LIKELY || (share < FILLED && c->trial(c->user, &c->k->made, false) < FILLED)) return false;
+    c->best = *s;
+    return true;
+}
+
+/* From charts that pack well to those of the next level, which do not: as many of the joins between as still do.
+   Bisection over their number. */
+static void join_some(choice *c, const state *next)
+{
+    enum { STEPS = 3 };
+    uint32_t low = 0, high = next->joins;
+    for (int step = 0; step < STEPS && high - low > 1; step++) {
+        state some;
         uint32_t middle = (low + high) / 2;
-        go_back(k, &all[middle]);
-        double share = trial(user, &k->made);
-        if (share >= WELL_PACKED) low = best = middle;
+        go_back(c->k, &c->best);
+        if (!join_more(c->k, next->allowed, middle - low, &some)) return;
+        if (try_charts(c, &some)) low = middle;
         else high = middle;
     }
-    go_back(k, &all[best]);
+}
+
+/* Joins at every level, and takes the last whose charts pack well, else the first. */
+static void join_at_levels(maker *k, qw_chart_trial *trial, void *user)
+{
+    state all[LEVELS + 1];
+    choice c = {.k = k, .trial = trial, .user = user};
+    uint32_t count = 1, low = 0, high;
+    add_state(k, &all[0]);
+    for (uint32_t level = 0; level < (trial ? LEVELS : 1); level++) {
+        count += join_more(k, levels[level], UINT32_MAX, &all[count]);
+        qw_progress_work(k->env, PATCHES_LAID + (CHARTS_JOINED - PATCHES_LAID) * (level + 1) / LEVELS);
+    }
+    if (count > 1) low = 1;
+    c.best = all[low];
+    /* bisection: those that are larger pack less well, on the whole */
+    for (high = count; trial && high - low > 1;) {
+        uint32_t middle = (low + high) / 2;
+        if (try_charts(&c, &all[middle])) low = middle;
+        else high = middle;
+    }
+    if (trial && low + 1 < count) join_some(&c, &all[low + 1]);
+    go_back(k, &c.best);
 }
 
 qw_charts_made qw_make_charts(qw_env *env, qw_atlas_mesh *mesh, double most_stretch, const double *weight,
@@ -633,6 +681,7 @@ qw_charts_made qw_make_charts(qw_env *env, qw_atlas_mesh *mesh, double most_stre
     k.local = QW_NEW(env, uint32_t, mesh->corner_count);
     qw_cut_patches(env, mesh);
     for (uint32_t f = 0; f < mesh->face_count; f++) k.total += face_area(mesh, f);
+    mesh->least = 1e-5 * sqrt(k.total); /* some steps of the grid on which coordinates are written */
     lay_patches(&k);
     k.made.patches = k.made.count;
     qw_progress_work(env, PATCHES_LAID);

@@ -24,14 +24,16 @@ static void number_vertices(const qw_atlas_mesh *m, qw_flat *t, uint32_t *local)
     }
 }
 
-/* The shape of a triangle: (x, 0) and (y, z) of its second and third corner. */
-static void shape_of(const double *a, const double *b, const double *c, double rest[3], double *area)
+/* The shape of a triangle: (x, 0) and (y, z) of its second and third corner. least: its first side and its height are
+   no shorter. */
+static void shape_of(const double *a, const double *b, const double *c, double least, double rest[3], double *area)
 {
     double u[3], v[3], uu = 0, uv = 0, vv = 0;
     for (int k = 0; k < 3; k++) u[k] = b[k] - a[k], v[k] = c[k] - a[k];
     for (int k = 0; k < 3; k++) uu += u[k] * u[k], uv += u[k] * v[k], vv += v[k] * v[k];
     double length = sqrt(uu), height2 = length > 0 ? vv - uv * uv / uu : 0;
-    rest[0] = length, rest[1] = length > 0 ? uv / length : 0, rest[2] = height2 > 0 ? sqrt(height2) : 0;
+    rest[0] = fmax(length, least), rest[1] = length > 0 ? uv / length : 0;
+    rest[2] = fmax(height2 > 0 ? sqrt(height2) : 0, least);
     *area = rest[0] * rest[2] / 2;
     if (!(rest[2] > 1e-9 * sqrt(vv)) || !(rest[0] > 1e-9 * sqrt(vv))) *area = 0;
 }
@@ -48,7 +50,7 @@ static void take_triangles(const qw_atlas_mesh *m, const uint32_t *face, uint32_
                 t->corner[3 * n + (uint32_t)j] = t->vertex[at + corner[j]];
                 p[j] = m->position + 3 * (size_t)m->corner[begin + corner[j]];
             }
-            shape_of(p[0], p[1], p[2], t->rest[n], &t->area[n]);
+            shape_of(p[0], p[1], p[2], m->least, t->rest[n], &t->area[n]);
             t->total += t->area[n];
         }
         at += size;

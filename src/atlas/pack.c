@@ -589,7 +589,7 @@ static void push_together(packer *k, const qw_pack_options *o)
 
 static void find_scale(packer *k, const qw_pack_options *o)
 {
-    k->batches = o->is_trial ? 0 : batches_of(k, o) + SETTLES;
+    k->batches = o->is_untold ? 0 : batches_of(k, o) + SETTLES;
     begin_orders(k);
     begin_cells(k, o, COARSE_CELLS, 0);
     settle(k, o, sqrt(FIRST_SHARE * o->tiles / k->total));

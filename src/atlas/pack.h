@@ -27,7 +27,8 @@ typedef struct qw_pack_options {
     uint32_t margin; /* texels between charts, at least; half of it to the border */
     uint32_t tiles;  /* at most */
     double scale;    /* 0: the largest that fits */
-    bool is_trial;   /* a few orders only, without an account of progress */
+    bool is_trial;   /* a few orders only */
+    bool is_untold;  /* without an account of progress */
 } qw_pack_options;
 
 /* Sets the results of the pieces. Fails with QW_ARGUMENT where they do not fit at the given scale, or not with that

@@ -11,6 +11,7 @@
 typedef struct qw_atlas_mesh {
     uint32_t vertex_count, face_count, corner_count;
     const double *position; /* double[vertex_count][3] */
+    double least;           /* triangles are laid as if they were no thinner; 0: none are */
     const uint32_t *begin;  /* uint32_t[face_count + 1]: corners of face f are begin[f] .. begin[f + 1] - 1 */
     const uint32_t *corner; /* uint32_t[corner_count]: vertex */
     uint32_t *face;         /* uint32_t[corner_count]: polygon of each corner */
