@@ -145,6 +145,35 @@ static void rows_are_even(void **state)
     free(p);
 }
 
+/* Vertices on the circle about (x, 0, z). */
+static uint32_t count_on_circle(const qw_mesh_view *m, double x, double z, double radius)
+{
+    uint32_t sum = 0;
+    for (uint32_t v = 0; v < m->vertex_count; v++) {
+        const double *at = m->positions + 3 * (size_t)v;
+        sum += fabs(hypot(at[0] - x, at[1]) - radius) < 1e-6 && fabs(at[2] - z) < 1e-6;
+    }
+    return sum;
+}
+
+/* The circles of holes have even numbers of quads, above and below the same. */
+static void circles_are_even(void **state)
+{
+    (void)state;
+    for (int64_t faces = 300; faces <= 900; faces += 200) {
+        part *p = part_holes(3, 0.25, 0.2, 40);
+        qw_mesh_view view = part_view(p);
+        qw_result *result = remeshed(&view, faces, true);
+        qw_mesh_view m = qw_result_mesh(result);
+        for (int hole = 0; hole < 3; hole++) {
+            uint32_t below = count_on_circle(&m, hole, 0, 0.25), above = count_on_circle(&m, hole, 0.2, 0.25);
+            assert_true(below >= 4 && below % 2 == 0 && above == below);
+        }
+        qw_result_destroy(result);
+        free(p);
+    }
+}
+
 /* Where a round ends, a row of quads goes all along its tangent. */
 static void rows_follow_tangents(void **state)
 {
@@ -253,6 +282,7 @@ QW_TEST_SUITE(exact)
         cmocka_unit_test(upright_parts),
         cmocka_unit_test(round_parts),
         cmocka_unit_test(rows_are_even),
+        cmocka_unit_test(circles_are_even),
         cmocka_unit_test(rows_follow_tangents),
         cmocka_unit_test(other_shapes_stay),
         cmocka_unit_test(what_follows_keeps_them),

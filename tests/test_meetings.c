@@ -379,7 +379,16 @@ static outcomes attempt_all(qw_env *env, const whole *s, size_t lane_bytes)
     qw_real2 *real = scaled(env, c, s->scale);
     uint32_t room = 4 * c->face_count;
     qw_measured_layout now = qw_measured_layout_make(env, component, real, room);
-    qw_meeting_terms terms = {component, s->d, 2000, 0, 0, 0.6, 1960, 2040, 1960, 2040, 900, false, INFINITY};
+    qw_meeting_terms terms = {.component = component,
+                              .first = s->d,
+                              .first_area = 2000,
+                              .worth = 0.6,
+                              .least_area = 1960,
+                              .most_area = 2040,
+                              .least_promised = 1960,
+                              .most_promised = 2040,
+                              .longest = 900,
+                              .best_score = INFINITY};
     qw_measured_layout_fill(&terms, &now, s->d);
     qw_attempts *a = qw_attempts_begin(env, &terms, real, room, lane_bytes);
     outcomes o = {0};

@@ -63,6 +63,7 @@ bool qw_measure_energy(const qw_meeting_terms *terms, qw_measured_layout *m)
     if (qw_complex_inverted(&m->layout.complex) > terms->inverted) return false;
     qw_layout_undo(&m->layout, m->source.d);
     if (qw_complex_inverted(&m->source) > terms->inverted || joins_or_parts(&m->source, terms->first)) return false;
+    if (qw_count_odd_curves(&terms->curves, m->source.d) > terms->odd) return false;
     m->energy = energy_of(&m->source);
     return !terms->accepts_by_estimate || terms->worth * m->energy < terms->best_score;
 }

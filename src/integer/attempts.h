@@ -5,7 +5,7 @@
 
 #include "base/lanes.h"
 #include "integer/candidates.h"
-#include "integer/components.h"
+#include "integer/closed_curves.h"
 
 /* What decides whether an attempt is kept: the same for all of a search. */
 typedef struct qw_meeting_terms {
@@ -13,6 +13,8 @@ typedef struct qw_meeting_terms {
     const qw_int2 *first;                 /* the component's offsets before the search */
     double first_area;                    /* theirs, in quads */
     uint32_t inverted, touching;          /* triangles of theirs, and how often their curves touch */
+    qw_closed_curves curves;              /* those that are closed, */
+    uint32_t odd;                         /* and how many have an odd number of quads */
     double worth;                         /* quads that lines must become shorter by for a unit of energy */
     double least_area, most_area;         /* quads */
     double least_promised, most_promised; /* quads */

@@ -161,6 +161,7 @@ static search begin_search(qw_env *env, const qw_component *component, const qw_
         .first_area = qw_complex_area(&first),
         .inverted = qw_complex_inverted(&first),
         .touching = qw_count_touching(env, component, d),
+        .curves = qw_find_closed_curves(env, component),
         .worth = WORTH_LEAST + WORTH * (1 - wish->loops) / wish->loops,
         .least_area = wish->least_area,
         .most_area = wish->most_area,
@@ -168,6 +169,7 @@ static search begin_search(qw_env *env, const qw_component *component, const qw_
         .most_promised = wish->most_promised,
         .longest = (int32_t)(LONGEST * sqrt(wish->most_area)),
     };
+    s.terms.odd = qw_count_odd_curves(&s.terms.curves, d);
     qw_measured_layout_fill(&s.terms, &s.now, d);
     s.best = memcpy(QW_NEW(env, qw_int2, s.now.layout.edge_room), d, c->edge_count * sizeof *d);
     s.terms.best_score = score_of(&s.terms, &s.now), s.best_lines = s.now.lines;

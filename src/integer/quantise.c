@@ -1,8 +1,8 @@
 #include "integer/quantise.h"
 
 #include "base/constants.h"
-#include "base/sets.h"
 #include "integer/closed.h"
+#include "integer/closed_curves.h"
 #include "integer/flatten.h"
 #include "integer/search.h"
 #include "integer/narrow_bands.h"
@@ -68,31 +68,19 @@ static void release_moved(qw_offset_mesh *m)
 static void keep_loops_open(qw_env *env, qw_component *component, double scale)
 {
     assert(scale > 0);
-    const qw_decimated *s = &component->decimated;
-    const qw_complex *c = &s->complex;
-    uint32_t vertex_count = component->vertex_count;
+    const qw_complex *c = &component->decimated.complex;
     qw_scope_begin(env);
-    uint32_t *chain = QW_NEW(env, uint32_t, vertex_count), *degree = QW_NEW_ZERO(env, uint32_t, vertex_count);
-    double *length = QW_NEW_ZERO(env, double, vertex_count); /* of each chain, at its root */
-    qw_sets_begin(chain, vertex_count);
-    for (uint32_t e = 0; e < c->edge_count; e++) {
-        if (!c->fixed[e]) continue;
-        uint32_t h = c->side[2 * e], a = s->corner[h], b = s->corner[qw_next(h)];
-        degree[a]++, degree[b]++;
-        qw_join_sets(chain, a, b);
-    }
-    for (uint32_t e = 0; e < c->edge_count; e++)
-        if (c->fixed[e])
-            length[qw_set_of(chain, s->corner[c->side[2 * e]])] += fabs((double)c->real[e].x) +
-                                                                   fabs((double)c->real[e].y);
-    for (uint32_t v = 0; v < vertex_count; v++)
-        if (degree[v] != 0 && degree[v] != 2) length[qw_set_of(chain, v)] = INFINITY;
-    for (uint32_t e = 0; e < c->edge_count; e++) {
-        if (!c->fixed[e]) continue;
-        double l = length[qw_set_of(chain, s->corner[c->side[2 * e]])] * scale;
-        if (!(l > 0 && l < LOOP_EDGES)) continue;
-        c->real[e].x *= (float)(LOOP_EDGES / l), c->real[e].y *= (float)(LOOP_EDGES / l);
-        c->weight[e] = LOOP_WEIGHT;
+    qw_closed_curves curves = qw_find_closed_curves(env, component);
+    for (uint32_t i = 0; i < curves.count; i++) {
+        const uint32_t *edge = curves.edge + curves.begin[i], count = curves.begin[i + 1] - curves.begin[i];
+        double length = 0;
+        for (uint32_t k = 0; k < count; k++)
+            length += fabs((double)c->real[edge[k]].x) + fabs((double)c->real[edge[k]].y);
+        length *= scale;
+        for (uint32_t k = 0; k < count && length > 0 && length < LOOP_EDGES; k++) {
+            c->real[edge[k]].x *= (float)(LOOP_EDGES / length), c->real[edge[k]].y *= (float)(LOOP_EDGES / length);
+            c->weight[edge[k]] = LOOP_WEIGHT;
+        }
     }
     qw_scope_end(env);
 }

@@ -96,6 +96,7 @@ qw_search_result qw_search_integers(qw_env *env, qw_components *components, cons
     plain.apart = false;
     qw_search s = find_without_lines(env, components, &plain, &result.tries);
     if (wish->apart) keep_apart(env, components, &s, &result.tries);
+    qw_search_make_even(env, &s);
     result.meetings = qw_search_meet(env, &s);
     gather(env, &s, &result, d);
     qw_scope_end(env);

@@ -1,6 +1,7 @@
 #include "integer/search_curves.h"
 
 #include "base/promise.h"
+#include "integer/closed_curves.h"
 #include "integer/search_count.h"
 #include "integer/touching.h"
 
@@ -67,6 +68,30 @@ void qw_search_part_curves(qw_env *env, qw_search *s)
     double work = PARTING_WORK;
     for (uint32_t p = 0; p < s->components->count && s->wish.apart; p++)
         if (!s->kept[p].open) part_curves(env, s, p, &work);
+}
+
+static void make_even(qw_env *env, qw_search *s, uint32_t p, double *work)
+{
+    qw_scope_begin(env);
+    const qw_component *component = &s->components->component[p];
+    double quads = s->wish.quads, bound = quads * QW_COUNT_MARGIN * qw_count_tolerance(quads, s->wish.times);
+    qw_trial t = qw_search_copy_kept(env, s, p);
+    qw_complex c = component->decimated.complex;
+    c.d = t.d, c.real = QW_NEW(env, qw_real2, c.edge_count);
+    qw_trial_aim(&component->decimated.complex, &t, c.real);
+    double rest = s->sum.area - qw_complex_area(&c);
+    qw_make_curves_even(env, component, &c, quads - bound - rest, quads + bound - rest, work);
+    qw_search_judge(s, &t);
+    s->sum = qw_search_exchange(s->sum, &s->kept[p], &t);
+    qw_search_copy(s, &s->kept[p], &t);
+    qw_scope_end(env);
+}
+
+void qw_search_make_even(qw_env *env, qw_search *s)
+{
+    double work = PARTING_WORK;
+    for (uint32_t p = 0; p < s->components->count; p++)
+        if (!s->kept[p].open) make_even(env, s, p, &work);
 }
 
 /* Whether real offsets close but for a share of their lengths, as those that the complex came with do. */
