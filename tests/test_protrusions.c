@@ -82,7 +82,7 @@ static void five_fingers(void **state)
     for (int i = 0; i < 5; i++) {
         double off = nearest(&quads, tips[i]);
         if (off > 2 * edge)
-            print_message("finger %d at %lld faces ends %.2f edges away\n", i, (long long)faces, off / edge);
+            print_message("finger %d at %lld faces ends %.4f edges away\n", i, (long long)faces, off / edge);
         assert_true(off <= 2 * edge);
     }
     qw_result_destroy(result);

@@ -270,6 +270,10 @@ static void protrusions_grow_out_of_fewer_quads(void **state)
              {RELAX(.lacking = 20, .misshapen = 50, .flipped = 4, .places = 1), QW_RETRY_COVERAGE, 1},
              {RELAX(.misshapen = 50), QW_NO_RETRY, 2});
     assert_true(last_plan(&h)->reserve == 200 && last_plan(&h)->refinements == 1);
+    /* the first attempt has fewest faults with misshapen quads, but was given up for the second before they counted */
+    PLAY(USUAL, {RELAX(.uncovered = 20, .misshapen = 5, .places = 1), QW_RETRY_COVERAGE, 0},
+         {RELAX(.uncovered = 10, .lacking = 200, .misshapen = 60), QW_RETRY_PROTRUSIONS, 1},
+         {RELAX(.misshapen = 90), QW_NO_RETRY, 1});
     h = PLAY(USUAL, {RELAX(.lacking = 700, .misshapen = 60), QW_RETRY_PROTRUSIONS, 0});
     assert_true(last_plan(&h)->reserve == 400);
     PLAY(USUAL, {RELAX(.lacking = 200, .misshapen = 20), QW_NO_RETRY, 0}); /* hardly any */

@@ -9,10 +9,9 @@
 #include <string.h>
 
 enum { MAX_ITERATIONS = 60, GRAIN = 2048 };
-/* Relative residual: of solutions that sizes give way to, and of the last. The gaps that the last leaves are far below
-   what rounding changes: 24 meshes came out no worse at 1e-2 than at 1e-3. The others need to say little more than
-   which way sizes give: they take three quarters of the iterations so, and 16 meshes came out the same. */
-static const double TOLERANCE[2] = {2e-2, 5e-3};
+/* Relative residual. The gaps that it leaves are far below what rounding changes: 24 meshes came out no worse at
+   1e-2 than at 1e-3. */
+static const double TOLERANCE = 5e-3;
 
 /* A triangle whose area is less than this share of what it should be makes its edges this much stiffer (after Bommes et
    al. 2009, "local stiffening"). */
@@ -212,11 +211,11 @@ typedef struct closing {
 } closing;
 
 /* Begins with the multipliers that the last solve left. */
-static void solve(qw_env *env, closing *s, double tolerance, qw_closed_counts *counts)
+static void solve(qw_env *env, closing *s, qw_closed_counts *counts)
 {
     const qw_offset_mesh *m = s->r.m;
     qw_parallel(env, m->face_count, GRAIN, fill_right, &s->r);
-    qw_cg_result result = qw_multigrid_solve_with(env, s->grids, s->r.right, s->multiplier, tolerance, MAX_ITERATIONS);
+    qw_cg_result result = qw_multigrid_solve_with(env, s->grids, s->r.right, s->multiplier, TOLERANCE, MAX_ITERATIONS);
     counts->iterations += result.iterations;
     counts->residual = result.residual;
     correction c = {m, s->r.own, s->r.stiffness, s->multiplier, s->closed};
@@ -231,7 +230,7 @@ static void let_sizes_give(qw_env *env, qw_offset_mesh *m, closing *s, float giv
     for (int i = 0; i < GIVES; i++) {
         qw_parallel(env, m->face_count, GRAIN, stretch_block, &g);
         qw_parallel(env, m->edge_count, GRAIN, give_block, &g);
-        solve(env, s, TOLERANCE[i + 1 == GIVES], counts);
+        solve(env, s, counts);
     }
 }
 
@@ -266,7 +265,7 @@ qw_real2 *qw_closed_offsets(qw_env *env, qw_offset_mesh *m, uint32_t rounds, flo
         qw_parallel(env, m->face_count, GRAIN, fill_rows, &s.r);
         if (s.grids) qw_multigrid_refresh(env, s.grids); /* few weights have changed: the groups stay */
         else s.grids = qw_multigrid_build(env, &matrix);
-        solve(env, &s, TOLERANCE[!(give > 0)], counts);
+        solve(env, &s, counts);
         if (round == rounds) break;
         counts->squeezed = qw_stiffen(m, closed, stiffness);
         if (counts->squeezed <= FEW_SQUEEZED || (float)counts->squeezed <= SMALL_SHARE * (float)m->face_count) break;

@@ -208,18 +208,29 @@ static double faults(const qw_history *h, uint32_t i)
     return h->attempt[i].verdict.uncovered + h->attempt[i].verdict.flipped;
 }
 
-/* The attempt, of all rounds, with the least uncovered area and fewest flipped quads, and the fewest that room for
-   protrusions left out of shape, where they were asked for; the first of equal ones. */
-static uint32_t least_faults(const qw_history *h)
+static double misshapen(const qw_history *h, uint32_t i) { return h->attempt[i].verdict.misshapen; }
+
+/* Of the attempts from `begin` to `end` and `best`, if that is one, the one with the least uncovered area and fewest
+   flipped and, `weight` times, misshapen quads; the first of equal ones. */
+static uint32_t least_of(const qw_history *h, uint32_t begin, uint32_t end, double weight, uint32_t best)
 {
-    uint32_t best = h->current;
-    double weight = uses_since(h, QW_RETRY_PROTRUSIONS, 0);
-    for (uint32_t i = h->count; i-- > 0;)
+    for (uint32_t i = end; i-- > begin;)
         if (was_judged(&h->attempt[i], QW_STAGE_RELAX) &&
-            faults(h, i) + weight * h->attempt[i].verdict.misshapen <=
-                faults(h, best) + weight * h->attempt[best].verdict.misshapen)
+            (best == QW_NO_ATTEMPT ||
+             faults(h, i) + weight * misshapen(h, i) <= faults(h, best) + weight * misshapen(h, best)))
             best = i;
     return best;
+}
+
+/* The best of all rounds. Once protrusions have had room kept for them, misshapen quads count; of the attempts before,
+   the one that was best without them is all that was kept. */
+static uint32_t least_faults(const qw_history *h)
+{
+    uint32_t with_room = 1;
+    while (with_room < h->count && h->attempt[with_room].cause != QW_RETRY_PROTRUSIONS) with_room++;
+    if (with_room >= h->count) return least_of(h, 0, h->count, 0, h->current);
+    uint32_t kept = least_of(h, 0, with_room, 0, QW_NO_ATTEMPT), best = least_of(h, with_room, h->count, 1, h->current);
+    return kept == QW_NO_ATTEMPT ? best : least_of(h, kept, kept + 1, 1, best);
 }
 
 static bool is_large(const qw_history *h)

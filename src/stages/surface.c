@@ -28,14 +28,14 @@
 /* The surface is prepared for the next half power of ten of faces, so that it serves other counts as well: 1,000,
  * 3,162, 10,000. */
 static const double SURFACE_STEP = 3.16227766016838;
-/* A surface with more than DENSE times the triangles that it would have with edges of CONDENSED times the quads' is
-   coarsened to those edges. */
+/* A surface with more triangles than it would have with edges of CONDENSED times those of the quads, or of so many
+   quads where they are fewer and protrusions thinner than an edge, is coarsened to those edges. */
 static const float CONDENSED = 0.4f;
+static const double LEAST_CONDENSED = 1000;
 /* Of the mean edge: the smallest quads for which a surface is kept fine enough where quads differ in size. */
 static const double SMALLER = 1.0 / 3;
 /* A surface kept for quads of less than this share of the mean edge is coarsened again where quads are larger. */
 static const double COARSEN_TWICE = 0.5;
-static const double DENSE = 1.1;
 /* Radius of normal smoothing, in edge lengths of the quads for a smoothness of 1: docs/dev/decisions/orientation.md. */
 static const double NORMAL_RADIUS = 0.75;
 /* A feature curve has a corner where it turns by more than QW_CORNER_ANGLE both at the vertex itself and between the
@@ -194,7 +194,7 @@ static void coarsen(qw_run_state *run, const float *length)
 /* Triangles of a surface that is so dense, in edges of this length, that it is worth coarsening to them. */
 static double dense_for(const qw_run_state *run, double edge)
 {
-    return DENSE * run->core.area / (QW_EQUILATERAL_AREA * edge * edge);
+    return run->core.area / (QW_EQUILATERAL_AREA * edge * edge);
 }
 
 /* To what the smallest quads need, so that the sizes of quads need not be found on all that is finer still. True where
@@ -217,6 +217,7 @@ static bool condense_for_sizes(qw_run_state *run, double rho)
  * to look at. */
 static void condense(qw_run_state *run, double rho)
 {
+    rho = fmin(rho, sqrt(run->core.area / LEAST_CONDENSED));
     qw_env *env = run->env;
     qw_trimesh *s = &run->surface;
     if (qw_has_density(run) && !condense_for_sizes(run, rho)) return;
@@ -225,7 +226,7 @@ static void condense(qw_run_state *run, double rho)
     qw_scope_begin(env);
     float *base_target, *length = qw_wanted_size(run, rho, &base_target, NULL);
     for (uint32_t v = 0; v < s->vertex_count; v++) length[v] *= CONDENSED;
-    if (s->face_count > DENSE * room_for(s, length)) coarsen(run, length);
+    if (s->face_count > room_for(s, length)) coarsen(run, length);
     qw_scope_end(env);
 }
 
