@@ -3,7 +3,7 @@
 #include "base/constants.h"
 #include "exact/rows.h"
 #include "limit/shape.h"
-#include "limit/upright.h"
+#include "limit/flip_guard.h"
 
 #include <assert.h>
 #include <math.h>
@@ -401,7 +401,7 @@ static uint32_t settle(holding *w)
         now[v] = wanted[v] = qw_v3((float)p[0], (float)p[1], (float)p[2]);
     }
     q->position = now;
-    qw_keep_upright(w->env, q, before);
+    qw_hold_back_flips(w->env, q, before);
     for (uint32_t v = 0; v < n; v++) {
         double *p = w->place + 3 * (size_t)v;
         bool is_held = memcmp(&now[v], &wanted[v], sizeof *now) != 0;

@@ -1,7 +1,7 @@
 #include "limit/fit_limit.h"
 
 #include "limit/stencils.h"
-#include "limit/upright.h"
+#include "limit/flip_guard.h"
 #include "solve/cg.h"
 
 #include <assert.h>
@@ -272,7 +272,7 @@ static void step_to(qw_env *env, fitting *t, double *x)
         const double *p = x + 3 * (size_t)v;
         if (!is_fixed(t, v)) q->position[v] = qw_v3((float)p[0], (float)p[1], (float)p[2]);
     }
-    qw_keep_upright(env, q, before);
+    qw_hold_back_flips(env, q, before);
     for (uint32_t v = 0; v < q->vertex_count; v++) {
         const double p[3] = {(double)q->position[v].x, (double)q->position[v].y, (double)q->position[v].z};
         memcpy(x + 3 * (size_t)v, p, sizeof p);
@@ -307,8 +307,8 @@ static void project(qw_env *env, fitting *t, double *x, const double *x0)
 
 /* ---- no limit surface that turns over */
 
-/* Halves the way of the vertices of quads of which a part of the limit surface turned over against that of `before`. */
-static void keep_limit_upright(qw_env *env, fitting *t, const qw_vec3 *before)
+/* Halves the way of the vertices of quads of which a part of the limit surface flipped against that of `before`. */
+static void hold_back_limit_flips(qw_env *env, fitting *t, const qw_vec3 *before)
 {
     qw_quadmesh was = t->split;
     was.position = QW_NEW(env, qw_vec3, samples_of(t));
@@ -370,6 +370,6 @@ void qw_fit_limit(qw_env *env, qw_quadmesh *q, const qw_limit_fit *fit)
         qw_break_silence(env);
         project(env, &t, x, x0);
     }
-    keep_limit_upright(env, &t, before);
+    hold_back_limit_flips(env, &t, before);
     qw_scope_end(env);
 }

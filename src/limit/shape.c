@@ -1,7 +1,7 @@
 #include "limit/shape.h"
 
 #include "limit/stencils.h"
-#include "limit/upright.h"
+#include "limit/flip_guard.h"
 
 #include <assert.h>
 #include <math.h>
@@ -89,7 +89,7 @@ void qw_put_on_shape(qw_env *env, qw_quadmesh *q, const qw_shape *shape, const u
         p.normal = qw_quadmesh_vertex_normals(env, q);
         qw_parallel(env, n, GRAIN, place_block, &p);
         memcpy(q->position, p.place, n * sizeof *p.place);
-        uint32_t held = qw_keep_upright(env, q, before);
+        uint32_t held = qw_hold_back_flips(env, q, before);
         qw_scope_end(env);
         qw_free(env, before);
         if (held == 0) break;

@@ -40,7 +40,7 @@ uint32_t qw_split_pass(qw_reshape *r, float above, qw_pass p);
 uint32_t qw_flip_pass(qw_reshape *r, qw_pass p);
 /* Moves free vertices to the middle of their neighbours, on the surface. */
 void qw_smooth_pass(qw_reshape *r, qw_pass p);
-/* Mends thin triangles. */
+/* Removes faces that are nearly segments. */
 void qw_sliver_pass(qw_reshape *r, qw_pass p);
 
 /* Splits what joins two curves across a face: chords that are long enough for it, the longest side of faces that would

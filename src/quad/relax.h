@@ -1,6 +1,6 @@
 /* Relaxation on the input surface: vertices slide on the surface, vertices on curves along their own
  * curve, corners not at all, until the quads are as square and as even as their connectivity lets them; no quad is
- * flipped, and those that come in so are turned upright where that can be done. Where a corner of a quad stays
+ * flipped, and those that come in so are turned back where that can be done. Where a corner of a quad stays
  * inverted otherwise, corners move along curves, by a part of an edge. */
 #ifndef QW_QUAD_RELAX_H
 #define QW_QUAD_RELAX_H

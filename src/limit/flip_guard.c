@@ -1,10 +1,10 @@
-#include "limit/upright.h"
+#include "limit/flip_guard.h"
 
 #include <assert.h>
 #include <string.h>
 
 enum { GRAIN = 512, ROUNDS = 24, HALVINGS = 4 /* of a vertex's way, until it stays */ };
-/* Cosine between a corner's normals before and after: below it the corner has turned over. */
+/* Cosine between a corner's normals before and after: below it the corner has flipped. */
 static const float LEAST_TURN = 0.2f;
 
 typedef struct keeping {
@@ -57,7 +57,7 @@ static void step_back(const keeping *k, uint32_t v)
                                                   : qw_lerp(k->before[v], k->wanted[v], share[*halvings]);
 }
 
-uint32_t qw_keep_upright(qw_env *env, qw_quadmesh *q, const qw_vec3 *before)
+uint32_t qw_hold_back_flips(qw_env *env, qw_quadmesh *q, const qw_vec3 *before)
 {
     assert(q->position != before);
     uint32_t n = q->vertex_count, held = 0, worse = 1;
