@@ -368,7 +368,7 @@ static PyObject *draw(PyObject *meshes, const render_options *options, PyObject 
         const char *caption;
         is_ready = PyArg_ParseTuple(PyList_GetItem(meshes, taken), "Oz", &mesh, &caption) &&
                    native_take_mesh(mesh, &in[taken]);
-        if (is_ready) panels[taken] = (render_panel){&in[taken].view, caption};
+        if (is_ready) panels[taken] = (render_panel){.mesh = &in[taken].view, .caption = caption};
     }
     if (is_ready) {
         hooks h = {.last = native_now_ms()};
