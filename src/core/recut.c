@@ -33,7 +33,7 @@ typedef struct cutting {
     const uint8_t *left_out;
     const qw_old_rims *old;
     double edge;
-    uint32_t *same;             /* uint32_t[input->vertex_count]: the least vertex that is one with it (weld.h) */
+    uint32_t *same;             /* uint32_t[input->vertex_count]: the least vertex that is one with it (rim_weld.h) */
     uint32_t *on_rim, *another; /* on_rim: uint32_t[input->vertex_count], another: uint32_t[rim vertices]: the rim
                                    vertices that are at a vertex, one by one; QW_NONE: no more */
     uint8_t *shared;            /* uint8_t[rim vertices]: polygons beyond the edge that leaves each */

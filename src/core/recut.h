@@ -6,7 +6,7 @@
 #ifndef QW_CORE_RECUT_H
 #define QW_CORE_RECUT_H
 
-#include "core/weld.h"
+#include "core/rim_weld.h"
 
 typedef struct qw_recut {
     /* of the rims: loops as those that came in, of vertices of the input, or from input->vertex_count on of `made` */

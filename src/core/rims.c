@@ -482,7 +482,7 @@ typedef struct numbering {
     const qw_run_state *run;
     qw_outside outside;
     qw_recut cut;
-    uint32_t *same;     /* uint32_t[vertices of the input]: the least vertex that is one with each (weld.h) */
+    uint32_t *same;     /* uint32_t[vertices of the input]: the least vertex that is one with each (rim_weld.h) */
     uint32_t *of_input; /* uint32_t[vertices of the input and made ones]: number in the joined mesh, or QW_NONE */
 } numbering;
 

@@ -1,4 +1,4 @@
-#include "core/weld.h"
+#include "core/rim_weld.h"
 
 #include "base/sort.h"
 

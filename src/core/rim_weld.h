@@ -1,6 +1,6 @@
 /* Which vertices of the input are one where a region meets what was left out. */
-#ifndef QW_CORE_WELD_H
-#define QW_CORE_WELD_H
+#ifndef QW_CORE_RIM_WELD_H
+#define QW_CORE_RIM_WELD_H
 
 #include "base/env.h"
 #include "mesh/clean_input.h"
