@@ -26,8 +26,9 @@ static const double CURVATURE_RADIUS = 0.8;
 /* Above this share of squeezed triangles the decimated complex does not predict what a stiffer surface would give;
    real meshes have a tenth at most. */
 static const double MUCH_SQUEEZED = 0.25;
-/* Offsets of a larger mean length, in lattice steps, have run away. */
-static const double MEAN_OFFSET = 8;
+/* Offsets of a larger mean length, in lattice steps, have run away: working edges are 1.25 times as long as those of
+   the quads at most, and half as long in the mean. */
+static const double MEAN_OFFSET = 2;
 /* Within so many rings of triangles that stay inverted, feature curves no longer constrain the offsets. */
 enum { RELEASE_RINGS = 5 };
 
