@@ -262,6 +262,36 @@ static void wires_take_a_quarter_at_most(void **state)
 }
 
 /* Shares are of the whole, none is below what it takes to exist, and what is alike gets alike. */
+/* A tetrahedron as long as 1 and 1e-5 wide, along a direction of its own. */
+static void add_needle(shape *all, int i, int count)
+{
+    double a = 2.399963 * i, z = 1 - 2 * (i + 0.5) / count, r = sqrt(1 - z * z), w = 1e-5,
+           d[3] = {r * cos(a), r * sin(a), z};
+    shape s = {.vertex_count = 4, .position = malloc(12 * sizeof *s.position), .corner = malloc(12 * sizeof *s.corner)};
+    const double p[12] = {0, 0, 0, w * d[1], 0.3 * w - w * d[0], 0, 0, w * d[2], -w * d[1], d[0], d[1], d[2]};
+    memcpy(s.position, p, sizeof p);
+    shape_triangle(&s, 0, 2, 1), shape_triangle(&s, 0, 1, 3), shape_triangle(&s, 0, 3, 2), shape_triangle(&s, 1, 2, 3);
+    add_part(all, s, 1, 0.1 * i, 0.05 * (i % 3), 0.02 * (i % 5));
+}
+
+/* Where quads are far longer than working edges the offsets make no sense, and are given up before they are cut into
+   units, which took several times the memory. */
+static void needles_in_few_quads_take_no_more_memory(void **state)
+{
+    (void)state;
+    enum { NEEDLES = 30 };
+    shape all = {0};
+    for (int i = 0; i < NEEDLES; i++) add_needle(&all, i, NEEDLES);
+    qw_options o;
+    qw_options_init(&o);
+    o.faces = NEEDLES;
+    qw_result *result = remesh(&all, &o);
+    const qw_report *r = qw_result_report(result);
+    double bytes = (double)r->stages[QW_STAGE_INVERSIONS].peak_bytes / (double)r->working_triangles;
+    if (bytes > 3000) fail_msg("%g bytes a working triangle", bytes);
+    qw_result_destroy(result), shape_free(&all);
+}
+
 static void shares_add_up(void **state)
 {
     (void)state;
@@ -290,9 +320,13 @@ static void shares_add_up(void **state)
 QW_TEST_SUITE(parts)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(eyes_stay_in_their_place),     cmocka_unit_test(components_keep_their_numbers),
-        cmocka_unit_test(stones_of_a_yard_are_whole),   cmocka_unit_test(flat_ground_leaves_quads),
-        cmocka_unit_test(wires_take_a_quarter_at_most), cmocka_unit_test(shares_add_up),
+        cmocka_unit_test(eyes_stay_in_their_place),
+        cmocka_unit_test(components_keep_their_numbers),
+        cmocka_unit_test(stones_of_a_yard_are_whole),
+        cmocka_unit_test(flat_ground_leaves_quads),
+        cmocka_unit_test(wires_take_a_quarter_at_most),
+        cmocka_unit_test(shares_add_up),
+        cmocka_unit_test(needles_in_few_quads_take_no_more_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
