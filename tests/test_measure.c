@@ -32,7 +32,7 @@ typedef struct outcome {
 static void body(void *user)
 {
     outcome *o = user;
-    qw_measure_mesh(o->env, &o->mesh, o->compare ? &o->against : NULL, &o->t, &o->q);
+    qw_measure_mesh(o->env, &o->mesh, o->compare ? &o->against : NULL, NULL, &o->t, &o->q);
 }
 
 static qw_status try_measure(outcome *o)

@@ -153,7 +153,7 @@ typedef struct outcome {
 static void body(void *user)
 {
     outcome *o = user;
-    qw_measure_mesh(o->env, &o->mesh, o->against.size ? &o->against : NULL, &o->t, &o->q);
+    qw_measure_mesh(o->env, &o->mesh, o->against.size ? &o->against : NULL, NULL, &o->t, &o->q);
 }
 
 static qw_quality measure(uint32_t threads, bool compare)

@@ -467,6 +467,35 @@ static void test_sheets_keep_sides(void **unused)
     soup_free(&s);
 }
 
+/* Which way the input's polygons face is no fault of the quads: a box of which half is inside out, and a sheet, whose
+ * back has nothing that faces as it does. Quads that are inside out are. */
+static void test_inverted_parts(void **unused)
+{
+    (void)unused;
+    static const double box[3] = {0, 0, 0}, sheet[3] = {0, 0, 1.5};
+    soup s = {0};
+    soup_box(&s, box, 1, 1, 0.6, 0.3, 63), soup_sheet(&s, sheet, 1, 1, 0.2, 0, 6);
+    for (uint32_t f = 0; f < 12; f += 4) {
+        uint32_t *t = s.corner + 3 * (size_t)f, first = t[0];
+        t[0] = t[1], t[1] = first;
+    }
+    qw_result *result = wrapped_quads(&s, 800);
+    qw_mesh_view quads = qw_result_mesh(result), view = view_of(&s);
+    qw_topology t;
+    qw_quality q;
+    double gap = qw_result_report(result)->wrap_distance;
+    assert_int_equal(qw_measure_seen(&quads, &view, gap, NULL, &t, &q), QW_OK);
+    assert_int_equal(q.flipped_faces, 0);
+    uint32_t *turned = malloc(4 * (size_t)quads.face_count * sizeof *turned);
+    for (uint32_t c = 0; c < 4 * quads.face_count; c++) turned[c] = quads.corners[4 * (c / 4) + 3 - c % 4];
+    quads.corners = turned;
+    assert_int_equal(qw_measure_seen(&quads, &view, gap, NULL, &t, &q), QW_OK);
+    assert_true(q.flipped_faces > 300);
+    free(turned);
+    qw_result_destroy(result);
+    soup_free(&s);
+}
+
 /* Too many quads for a wrap by their size: the sentence says so, and what would do does. */
 static void test_too_many_quads(void **unused)
 {
@@ -765,6 +794,7 @@ QW_TEST_SUITE(wrap)
         cmocka_unit_test(test_box_is_met),
         cmocka_unit_test(test_lining_does_not_attract),
         cmocka_unit_test(test_sheets_keep_sides),
+        cmocka_unit_test(test_inverted_parts),
         cmocka_unit_test(test_odd_points),
         cmocka_unit_test(test_scales),
     };

@@ -419,8 +419,9 @@ typedef struct visible_job {
     double distance;
 } visible_job;
 
-/* gap: in the coordinates of the view, or else a share of its diagonal. The arrays are of the current scope. */
-static qw_mesh_view visible_part(qw_env *env, const qw_mesh_view *view, double gap, double share)
+/* gap: in the coordinates of the view, or else a share of its diagonal. both: as of qw_visible_part. The arrays are of
+ * the current scope. */
+static qw_mesh_view visible_part(qw_env *env, const qw_mesh_view *view, double gap, double share, uint8_t **both)
 {
     uint32_t *begin = QW_NEW(env, uint32_t, (size_t)view->face_count + 1);
     begin[0] = 0;
@@ -430,7 +431,7 @@ static qw_mesh_view visible_part(qw_env *env, const qw_mesh_view *view, double g
                                   .position = view->positions,
                                   .face_begin = begin,
                                   .corner = view->corners};
-    qw_clean_input seen = qw_visible_part(env, &input, gap > 0 ? gap : share * qw_wrap_diagonal(&input));
+    qw_clean_input seen = qw_visible_part(env, &input, gap > 0 ? gap : share * qw_wrap_diagonal(&input), both);
     return (qw_mesh_view){.size = sizeof *view,
                           .vertex_count = seen.vertex_count,
                           .face_count = seen.face_count,
@@ -450,7 +451,7 @@ static void visible_body(void *user)
         qw_fail(env, QW_ARGUMENT, -1, "the width of gaps is %g; it must be a share of the diagonal, 0 to 1",
                 job->distance);
     qw_require_view(env, view, "mesh");
-    *view = visible_part(env, view, 0, job->distance > 0 ? job->distance : VISIBLE_CELL);
+    *view = visible_part(env, view, 0, job->distance > 0 ? job->distance : VISIBLE_CELL, NULL);
     mesh->attribute = NULL, mesh->attribute_count = 0;
 }
 
@@ -479,9 +480,10 @@ static void measure_body(void *user)
     if (!(job->gap >= 0 && job->gap <= DBL_MAX))
         qw_fail(job->env, QW_ARGUMENT, -1, "the width of gaps is %g; it must be 0 or a length", job->gap);
     qw_mesh_view seen;
+    uint8_t *both = NULL;
     bool hides = job->against && job->against->face_count > 0 && job->gap > 0;
-    if (hides) seen = visible_part(job->env, job->against, job->gap, 0);
-    qw_measure_mesh(job->env, job->mesh, hides ? &seen : job->against, &job->topology, &job->quality);
+    if (hides) seen = visible_part(job->env, job->against, job->gap, 0, &both);
+    qw_measure_mesh(job->env, job->mesh, hides ? &seen : job->against, both, &job->topology, &job->quality);
 }
 
 qw_status qw_measure(const qw_mesh_view *mesh, const qw_mesh_view *against, const qw_host *host, qw_topology *topology,

@@ -153,10 +153,18 @@ static void count_flipped(void *user, uint32_t block, uint32_t begin, uint32_t e
     task->counts[block] = count;
 }
 
-static int64_t flipped_faces(qw_env *env, const qw_surface *from, const qw_surface *to, uint32_t faces, float edge)
+/* both: of the polygons that `to` was made of, or NULL; *triangles: of its triangles. */
+static void spread_both(const qw_surface *to, uint32_t polygons, const uint8_t *both, uint8_t *triangles)
+{
+    for (uint32_t f = 0; f < polygons; f++)
+        for (uint32_t t = to->face_begin[f]; t < to->face_begin[f + 1]; t++) triangles[t] = both[f];
+}
+
+static int64_t flipped_faces(qw_env *env, const qw_surface *from, const qw_surface *to, const uint8_t *both,
+                             uint32_t faces, float edge)
 {
     uint32_t blocks = qw_block_count(faces, GRAIN);
-    flip_task task = {from, {&to->mesh, to->normal, to->bvh, edge, NULL}, 1, QW_NEW(env, uint32_t, blocks)};
+    flip_task task = {from, {&to->mesh, to->normal, both, to->bvh, edge, NULL}, 1, QW_NEW(env, uint32_t, blocks)};
     qw_pilots pilots = {0};
     qw_flip_judge pilot = task.judge;
     pilot.effort = &pilots.effort;
@@ -260,7 +268,7 @@ static void measure_sharp(qw_env *env, const qw_surface *out, const qw_mesh_view
 }
 
 void qw_measure_distances(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges,
-                          const qw_mesh_view *against, qw_quality *quality)
+                          const qw_mesh_view *against, const uint8_t *both, qw_quality *quality)
 {
     assert(quality->mean_edge > 0);
     qw_scope_begin(env);
@@ -276,7 +284,9 @@ void qw_measure_distances(qw_env *env, const qw_mesh_view *mesh, const qw_polygo
         quality->chamfer = 0.5 * (there.mean + back.mean) / edge;
         quality->hausdorff_p999 = fmax(there.p999, back.p999) / edge;
         quality->hausdorff = fmax(there.most, back.most) / edge;
-        quality->flipped_faces = flipped_faces(env, &out, &in, mesh->face_count, (float)edge);
+        uint8_t *sheets = both ? QW_NEW(env, uint8_t, in.mesh.face_count) : NULL;
+        if (both) spread_both(&in, against->face_count, both, sheets);
+        quality->flipped_faces = flipped_faces(env, &out, &in, sheets, mesh->face_count, (float)edge);
         measure_sharp(env, &out, mesh, edges, &in, against, edge, quality);
         qw_measure_shape(env, mesh, edges, &out, against, &in, frame.scale, quality);
     }

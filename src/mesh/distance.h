@@ -4,8 +4,9 @@
 
 #include "mesh/polygons.h"
 
-/* Fills flipped_faces and the distances, in units of quality->mean_edge, which is set and positive. */
+/* Fills flipped_faces and the distances, in units of quality->mean_edge, which is set and positive.
+   both: as qw_measure_mesh has it. */
 void qw_measure_distances(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges,
-                          const qw_mesh_view *against, qw_quality *quality);
+                          const qw_mesh_view *against, const uint8_t *both, qw_quality *quality);
 
 #endif

@@ -47,7 +47,8 @@ static bool opposes_nearest(const qw_flip_judge *j, const qw_vec3 *p, const uint
             qw_hit hit = find_nearest(j, point_in(p, c, k), qw_v3(0, 0, 0), -1, INFINITY, *hint);
             if (hit.face == QW_NONE) return false;
             *hint = hit.face;
-            bool against = qw_dot(normal, surface_normal(j, hit.face)) < QW_FLIP_OPPOSES;
+            bool is_sheet = j->both && j->both[hit.face];
+            bool against = !is_sheet && qw_dot(normal, surface_normal(j, hit.face)) < QW_FLIP_OPPOSES;
             *(against ? &opposed : &other) += qw_length(cross) / POINTS;
             if (other >= (1 - share) * all) return false;
         }

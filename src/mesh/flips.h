@@ -34,6 +34,7 @@ typedef enum qw_flip { QW_NOT_FLIPPED, QW_DOUBTFUL, QW_FLIPPED } qw_flip;
 typedef struct qw_flip_judge {
     const qw_trimesh *surface; /* twins are needed for limits with a sliver patch only */
     const qw_vec3 *normal;     /* qw_vec3[surface->face_count], unit; NULL: of the triangles */
+    const uint8_t *both;       /* uint8_t[surface->face_count]: 1: agrees with either side; NULL: none does */
     const qw_bvh *tree;        /* of the surface */
     float edge;                /* mean edge length of the faces that are judged */
     uint64_t *effort;          /* faces of the surface that were looked at are added here; NULL: they are not counted */

@@ -312,7 +312,7 @@ static void describe_result(qw_run_state *run)
     qw_mesh_view view = qw_view_of_result(run);
     qw_quality quality;
     qw_scope_begin(run->env);
-    qw_measure_mesh(run->env, &view, NULL, &run->report->topology, &quality);
+    qw_measure_mesh(run->env, &view, NULL, NULL, &run->report->topology, &quality);
     qw_scope_end(run->env);
     run->report->angle_rms = quality.angle_rms, run->report->area_cv = quality.area_cv,
     run->report->mean_edge = quality.mean_edge;

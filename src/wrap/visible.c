@@ -1,6 +1,7 @@
 #include "wrap/visible.h"
 
 #include "mesh/triangulate.h"
+#include "math/vec.h"
 #include "wrap/wrap.h"
 
 #include <math.h>
@@ -20,7 +21,8 @@ typedef struct cutting {
     const qw_wrap_lattice *lattice;
     double *unit, *position; /* double[vertices][3]: in units of the lattice, and in the coordinates of the input */
     uint32_t *corner;
-    size_t unit_capacity, position_capacity, corner_capacity;
+    uint8_t *both; /* uint8_t[faces]: 1: seen from both sides */
+    size_t unit_capacity, position_capacity, corner_capacity, both_capacity;
     uint32_t vertices, faces;
 } cutting;
 
@@ -58,10 +60,50 @@ static bool middle_is_seen(const cutting *c, const piece *p)
     return qw_point_is_seen(c->lattice, middle);
 }
 
+static bool is_outside(const qw_wrap_lattice *l, const double at[3])
+{
+    uint32_t cell[3];
+    for (int k = 0; k < 3; k++) {
+        if (!(at[k] >= 0 && at[k] < (double)l->frame.side * l->frame.cells[k])) return true;
+        cell[k] = (uint32_t)(at[k] / l->frame.side);
+    }
+    return l->cell[qw_cell_index(&l->frame, cell[0], cell[1], cell[2])] == QW_CELL_OUTSIDE;
+}
+
+/* Whether the outside is met within two cells of some place of a piece, along its normal (0) and against it (1). */
+static void find_sides(const cutting *c, const piece *p, bool side[2])
+{
+    enum { PLACES = 4, STEPS = 4 };
+    const double *a[3] = {c->unit + 3 * (size_t)p->corner[0], c->unit + 3 * (size_t)p->corner[1],
+                          c->unit + 3 * (size_t)p->corner[2]};
+    double u[3], v[3], n[3];
+    for (int k = 0; k < 3; k++) u[k] = a[1][k] - a[0][k], v[k] = a[2][k] - a[0][k];
+    qw_cross_doubles(u, v, n);
+    double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    side[0] = side[1] = false;
+    if (!(length > 0)) return;
+    for (int i = 0; i < PLACES * 2 * STEPS; i++) {
+        int place = i % PLACES, back = i / PLACES % 2, step = i / PLACES / 2 + 1;
+        double at[3], far = (back ? -0.5 : 0.5) * step * c->lattice->frame.side / length;
+        for (int k = 0; k < 3; k++) {
+            double middle = (a[0][k] + a[1][k] + a[2][k]) / 3;
+            at[k] = (place < 3 ? (middle + a[place][k]) / 2 : middle) + far * n[k];
+        }
+        side[back] |= is_outside(c->lattice, at);
+    }
+}
+
 static void keep(cutting *c, const piece *p)
 {
-    c->corner = qw_grow(c->env, c->corner, &c->corner_capacity, 3 * ((size_t)c->faces + 1), sizeof *c->corner);
-    memcpy(c->corner + 3 * (size_t)c->faces++, p->corner, sizeof p->corner);
+    bool side[2];
+    uint32_t f = c->faces++, *to;
+    find_sides(c, p, side);
+    c->corner = qw_grow(c->env, c->corner, &c->corner_capacity, 3 * ((size_t)f + 1), sizeof *c->corner);
+    c->both = qw_grow(c->env, c->both, &c->both_capacity, (size_t)f + 1, sizeof *c->both);
+    to = c->corner + 3 * (size_t)f;
+    memcpy(to, p->corner, sizeof p->corner);
+    if (side[1] && !side[0]) to[1] = p->corner[2], to[2] = p->corner[1];
+    c->both[f] = side[0] && side[1];
 }
 
 /* Bisects a triangle until its pieces are seen as a whole, or not at all, or are no longer than a cell. */
@@ -86,7 +128,7 @@ static void cut(cutting *c, piece whole)
     }
 }
 
-qw_clean_input qw_visible_part(qw_env *env, const qw_clean_input *input, double distance)
+qw_clean_input qw_visible_part(qw_env *env, const qw_clean_input *input, double distance, uint8_t **both)
 {
     qw_scope_begin(env);
     qw_filled f = qw_wrap_fill(env, input, distance);
@@ -105,6 +147,8 @@ qw_clean_input qw_visible_part(qw_env *env, const qw_clean_input *input, double 
     uint32_t *begin = QW_NEW(env, uint32_t, (size_t)c.faces + 1);
     for (uint32_t i = 0; i <= c.faces; i++) begin[i] = 3 * i;
     qw_keep(env, c.position), qw_keep(env, c.corner), qw_keep(env, begin);
+    qw_keep(env, c.both);
+    if (both) *both = c.both;
     qw_scope_end(env);
     return (qw_clean_input){.vertex_count = c.vertices,
                             .face_count = c.faces,
