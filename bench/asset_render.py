@@ -1,8 +1,8 @@
 """An asset beside Blender's own way to one (Smart UV Project, Cycles' bake from the input), on the same quads, and both beside the input: rendered
 by Cycles from the same place. Mean difference of the pictures, of 255, where both show the surface (the input twice: of its noise alone), and of the normals as they are shaded, in degrees.
 
-usage: asset_render.py QUADWRIGHT FOLDER MESH.obj...   (needs Debian's blender and numpy; pictures and a table come to FOLDER)"""
-import json, pathlib, subprocess, sys, time
+usage: asset_render.py QUADWRIGHT FOLDER MESH... (OBJ, or GLB with a texture)   (needs Debian's blender and numpy; pictures and a table come to FOLDER)"""
+import json, pathlib, shutil, subprocess, sys, time
 
 TEXELS, FACES = 2048, 5000
 SCENE = """
@@ -47,7 +47,9 @@ def with_normals(m, image):
     return t
 
 whole, bare, ours = load(source), load(quads), load(asset)
-plain(whole)
+def textures(o): return [n for n in o.data.materials[0].node_tree.nodes if n.type == 'TEX_IMAGE' and any(l.to_socket.name == 'Base Color' for l in n.outputs['Color'].links)] if o.data.materials and o.data.materials[0].use_nodes else []
+coloured = bool(textures(whole))
+if not coloured: plain(whole)
 m = plain(bare)
 only(bare)
 bpy.ops.object.mode_set(mode='EDIT'); bpy.ops.mesh.select_all(action='SELECT')
@@ -61,15 +63,20 @@ size = max(whole.dimensions)
 begin = time.time()
 scene.cycles.samples = 4
 bpy.ops.object.bake(type='NORMAL', use_selected_to_active=True, cage_extrusion=0.02 * size, max_ray_distance=0.04 * size, margin=4)
+if coloured:
+    t = m.node_tree.nodes.new('ShaderNodeTexImage'); t.image = bpy.data.images.new('colour', TEXELS, TEXELS); m.node_tree.nodes.active = t
+    bpy.ops.object.bake(type='DIFFUSE', pass_filter={'COLOR'}, use_selected_to_active=True, cage_extrusion=0.02 * size, max_ray_distance=0.04 * size, margin=4)
+    m.node_tree.links.new(t.outputs['Color'], m.node_tree.nodes['Principled BSDF'].inputs['Base Color'])
 baked = time.time() - begin
 scene.cycles.samples = 128
 k = [n for n in m.node_tree.nodes if n.type == 'NORMAL_MAP'][0]
 m.node_tree.links.new(k.outputs['Normal'], m.node_tree.nodes['Principled BSDF'].inputs['Normal'])
 baked_map = next((n.image for n in ours.data.materials[0].node_tree.nodes if n.type == 'TEX_IMAGE' and n.image.colorspace_settings.name == 'Non-Color'), None)
-b = ours.data.materials[0].node_tree.nodes['Principled BSDF']
-for link in list(ours.data.materials[0].node_tree.links):
-    if link.to_socket.name in ('Base Color', 'Roughness', 'Metallic'): ours.data.materials[0].node_tree.links.remove(link)
-b.inputs['Base Color'].default_value, b.inputs['Roughness'].default_value, b.inputs['Metallic'].default_value = (0.8, 0.8, 0.8, 1), 1, 0
+for o in (whole, ours, bare):
+    b = o.data.materials[0].node_tree.nodes['Principled BSDF']
+    for link in list(o.data.materials[0].node_tree.links):
+        if link.to_socket.name in ('Roughness', 'Metallic') or (link.to_socket.name == 'Base Color' and not coloured): o.data.materials[0].node_tree.links.remove(link)
+    b.inputs['Base Color'].default_value, b.inputs['Roughness'].default_value, b.inputs['Metallic'].default_value = (0.8, 0.8, 0.8, 1), 1, 0
 corners = [whole.matrix_world @ mathutils.Vector(c) for c in whole.bound_box]
 middle = sum(corners, mathutils.Vector()) / 8
 radius = max((c - middle).length for c in corners)
@@ -157,14 +164,14 @@ def main(program, folder, *meshes):
     print("| mesh | the input twice | ours | Blender | ours: degrees | Blender: degrees | ours: s | Blender's bake: s |\n|---|---|---|---|---|---|---|---|")
     for mesh in meshes:
         name = pathlib.Path(mesh).stem
-        mesh = triangulated(mesh, folder / f"{name}-input.obj")
+        mesh = triangulated(mesh, folder / f"{name}-input.obj") if mesh.endswith(".obj") else shutil.copy(mesh, folder / f"{name}-input.glb")
         quads, asset = str(folder / f"{name}-quads.obj"), str(folder / f"{name}.glb")
         subprocess.run([program, mesh, "-o", quads, "--faces", str(FACES), "--no-attributes", "-q"], check=True)
         begin = time.time()
-        subprocess.run([program, "asset", mesh, "-o", asset, "--faces", str(FACES), "--texture", str(TEXELS), "--bake", "normal", "-q"], check=True)
+        subprocess.run([program, "asset", mesh, "-o", asset, "--faces", str(FACES), "--texture", str(TEXELS), "-q"], check=True)
         took = time.time() - begin
         with open(folder / f"{name}.log", "w") as log:
-            subprocess.run(["blender", "-b", "-P", str(script), "--", mesh, quads, asset, str(folder), name], stdout=log, stderr=log)
+            subprocess.run(["blender", "-b", "-P", str(script), "--", str(mesh), quads, asset, str(folder), name], stdout=log, stderr=log)
         told = json.loads((folder / f"{name}.json").read_text())
         print(f"| {name} | {told['noise']:.2f} | {told['ours']:.2f} | {told['blender']:.2f} | {told['ours_degrees']:.2f} | {told['blender_degrees']:.2f} | {took:.1f} | {told['bake_s']:.1f} |", flush=True)
 
