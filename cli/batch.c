@@ -213,6 +213,14 @@ static qw_status begin(making *k, const qw_host *host)
     return status;
 }
 
+static qw_status mark_filled(making *k, const qw_arguments *a)
+{
+    qw_attribute *list;
+    qw_status status = qw_mark_filled(k->context, a, k->carried, &k->carried_count, &list);
+    if (list) k->carried = list;
+    return say(k, status, qw_message(k->context));
+}
+
 static qw_status remesh(making *k, const qw_arguments *a)
 {
     qw_status status = said(k, qw_run(k->context, &a->options));
@@ -221,7 +229,7 @@ static qw_status remesh(making *k, const qw_arguments *a)
     if (status == QW_OK && k->carried_count > 0)
         status = said(k, qw_transfer(k->context, attributes, k->carried_count, 0, &k->carried, &k->transfer));
     k->has_transfer = k->carried_count > 0;
-    return status;
+    return status == QW_OK ? mark_filled(k, a) : status;
 }
 
 /* Texture coordinates of the quads' own, and maps on them. */

@@ -111,29 +111,14 @@ static qw_status settle_normals(session *s)
     return status;
 }
 
-static bool has_label(const session *s, const char *name)
-{
-    for (uint32_t i = 0; i < s->carried_count; i++)
-        if (strcmp(s->carried[i].name, name) == 0) return true;
-    return false;
-}
-
-/* Which quads lie in holes that were closed: a property of PLY, else groups, or, in glTF, materials, where the input
-   has none. */
 static qw_status settle_filled(session *s)
 {
-    const qw_arguments *a = s->arguments;
-    bool is_scene = a->format == QW_FORMAT_GLB || a->format == QW_FORMAT_GLTF;
-    const char *name = a->format == QW_FORMAT_PLY ? "filled" : is_scene ? "material" : "group";
-    if (a->bare || qw_get_report(s->context)->filled_holes == 0 || has_label(s, name)) return QW_OK;
-    qw_attribute *list = malloc((s->carried_count + 1) * sizeof *list);
-    if (!list) return QW_MEMORY;
-    for (uint32_t i = 0; i < s->carried_count; i++) list[i] = s->carried[i];
-    qw_status status = keep(s, qw_get_filled(s->context, &list[s->carried_count]));
-    list[s->carried_count].name = name;
+    qw_attribute *list;
+    uint32_t count = s->carried_count;
+    qw_status status = keep(s, qw_mark_filled(s->context, s->arguments, s->carried, &count, &list));
+    if (!list) return status;
     free(s->settled);
-    s->carried = s->settled = list;
-    if (status == QW_OK) s->carried_count++;
+    s->carried = s->settled = list, s->carried_count = count;
     return status;
 }
 

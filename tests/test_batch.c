@@ -282,6 +282,23 @@ static void assets_are_made_of_a_folder(void **state)
                      0);
 }
 
+/* Closed holes are marked in a batch as in a single run. */
+static void closed_holes_are_marked(void **state)
+{
+    static const char *const formats[] = {"obj", "ply", "glb"};
+    (void)state;
+    assert_int_equal(shell("mkdir open && grep -v '^f 1 [34]' one.obj > open/a.obj"), 0);
+    for (int i = 0; i < 3; i++) {
+        char command[512];
+        snprintf(command, sizeof command,
+                 TOOL "batch open --out shut --faces 54 --fill-holes 8 --format %s -q --force && " TOOL
+                      "open/a.obj -o shut.%s --faces 54 --fill-holes 8 -q && cmp shut.%s shut/a.obj.quads.%s && "
+                      "grep -aq filled shut.%s",
+                 formats[i], formats[i], formats[i], formats[i], formats[i]);
+        assert_int_equal(shell(command), 0);
+    }
+}
+
 /* The levels of a model are one file, the bytes of a single run; the record tells how many quads each has. */
 static void levels_are_one_file_a_model(void **state)
 {
@@ -429,6 +446,7 @@ QW_TEST_SUITE(batch)
         cmocka_unit_test(limits_end_one_model),
         cmocka_unit_test(files_beside_count),
         cmocka_unit_test(assets_are_made_of_a_folder),
+        cmocka_unit_test(closed_holes_are_marked),
         cmocka_unit_test(levels_are_one_file_a_model),
         cmocka_unit_test(points_are_models_with_wrap),
         cmocka_unit_test(counts_of_a_resumed_run_agree),

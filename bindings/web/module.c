@@ -40,6 +40,7 @@ typedef struct session {
     uint32_t carried_count;
     qw_transfer_report transfer;
 
+    qw_attribute *marked;  /* qw_attribute[carried_count]: with the marks of closed holes; NULL: none */
     qw_attribute *own;     /* qw_attribute[carried_count]: with texture coordinates of the result's own; NULL: none */
     const qw_image *image; /* qw_image[images]: maps of the result; NULL: none were baked */
     uint32_t images;
@@ -111,8 +112,8 @@ session *EXPORT(web_open)(size_t memory_limit)
 
 static void drop_result(session *s)
 {
-    free(s->own);
-    s->own = NULL, s->image = NULL, s->images = 0;
+    free(s->own), free(s->marked);
+    s->own = s->marked = NULL, s->image = NULL, s->images = 0;
     s->carried = NULL, s->carried_count = 0, s->transfer = (qw_transfer_report){0};
 }
 
@@ -314,6 +315,20 @@ int EXPORT(web_carry)(session *s)
     if (s->carried || count == 0) return fail(s, QW_OK, "");
     qw_status status = qw_transfer(s->context, of_input, count, 0, &s->carried, &s->transfer);
     s->carried_count = status == QW_OK ? count : 0;
+    return settle(s, status);
+}
+
+/* Which faces lie in holes that were closed, behind what was carried. */
+int EXPORT(web_mark_filled)(session *s)
+{
+    if (qw_get_report(s->context)->filled_holes == 0 || s->marked) return fail(s, QW_OK, "");
+    for (uint32_t i = 0; i < s->carried_count; i++)
+        if (!strcmp(s->carried[i].name, "filled")) return fail(s, QW_OK, "");
+    s->marked = calloc(s->carried_count + (size_t)1, sizeof *s->marked);
+    if (!s->marked) return fail(s, QW_MEMORY, qw_status_text(QW_MEMORY));
+    for (uint32_t i = 0; i < s->carried_count; i++) s->marked[i] = s->carried[i];
+    qw_status status = qw_get_filled(s->context, &s->marked[s->carried_count]);
+    if (status == QW_OK) s->carried = s->marked, s->carried_count++;
     return settle(s, status);
 }
 

@@ -213,6 +213,10 @@ def build(snapshot, quads, old, keep):
             _add_uvs(mesh, snapshot, arrays)
         if "COLORS" in keep:
             _add_colors(mesh, snapshot, arrays)
+        if "a:filled" in arrays:  # faces in holes that were closed
+            if "filled" in mesh.attributes:
+                mesh.attributes.remove(mesh.attributes["filled"])
+            mesh.attributes.new("filled", "BOOLEAN", "FACE").data.foreach_set("value", arrays["a:filled"] > 0)
         if mesh.validate(verbose=False):
             if len(quads.kept_sizes):
                 raise Refusal(f"{snapshot.object_name} has faces outside the selection that are no valid faces; Mesh > Clean Up first")

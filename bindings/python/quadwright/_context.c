@@ -244,7 +244,8 @@ typedef struct asset {
 typedef struct outcome {
     int wants_provenance, field_domain; /* 0 or 1; a qw_domain, or -1: no field */
     int shading;                        /* a qw_shading, or -1: no normals of the quads */
-    qw_attribute normals;
+    qw_attribute own[2];                /* normals where these are wanted; which faces lie in holes that were closed */
+    uint32_t owned;
     unsigned most_weights;
     qw_mesh_view mesh, coarse;   /* coarse.size: 0 where nothing was split */
     const qw_attribute *carried; /* NULL: none */
@@ -289,6 +290,13 @@ static qw_status unwrap(context *c, asset *a, const qw_attribute *carried)
     return status;
 }
 
+static bool has_attribute(const context *c, const char *name)
+{
+    for (uint32_t i = 0; i < c->attributes.count; i++)
+        if (!strcmp(c->attributes.attributes[i].name, name)) return true;
+    return false;
+}
+
 /* Without the GIL. */
 static qw_status compute(context *c, const qw_options *options, outcome *o)
 {
@@ -298,7 +306,10 @@ static qw_status compute(context *c, const qw_options *options, outcome *o)
                              &o->transfer);
     if (status == QW_OK && (o->wants_provenance || c->attributes.count > 0))
         status = qw_get_provenance(c->context, &o->provenance);
-    if (status == QW_OK && o->shading >= 0) status = qw_get_normals(c->context, (qw_shading)o->shading, &o->normals);
+    if (status == QW_OK && o->shading >= 0)
+        status = qw_get_normals(c->context, (qw_shading)o->shading, &o->own[o->owned++]);
+    if (status == QW_OK && qw_get_report(c->context)->filled_holes > 0 && !has_attribute(c, "filled"))
+        status = qw_get_filled(c->context, &o->own[o->owned++]);
     if (status == QW_OK && o->field_domain >= 0)
         status = qw_get_field(c->context, (qw_domain)o->field_domain, &o->field);
     if (status == QW_OK && o->asset.is_wanted) status = unwrap(c, &o->asset, o->carried);
@@ -331,8 +342,8 @@ static PyObject *give_asset(const context *c, const asset *a)
     return NULL;
 }
 
-/* (mesh, report, attributes, transfer report or None, provenance or None, field or None, normals, asset or None, coarse
-   mesh or None) */
+/* (mesh, report, attributes, transfer report or None, provenance or None, field or None, attributes of its own, asset
+   or None, coarse mesh or None) */
 static PyObject *give_outcome(const context *c, const outcome *o)
 {
     PyObject *parts[] = {
@@ -346,7 +357,7 @@ static PyObject *give_outcome(const context *c, const outcome *o)
                    : Py_NewRef(Py_None),
         o->provenance.size ? native_give_provenance(&o->provenance) : Py_NewRef(Py_None),
         o->field.size ? native_array(o->field.directions, "f", 4, o->field.count, 3) : Py_NewRef(Py_None),
-        native_give_attributes(&o->normals, o->normals.size ? 1 : 0),
+        native_give_attributes(o->own, o->owned),
         give_asset(c, &o->asset),
         o->coarse.size ? native_give_mesh(&o->coarse) : Py_NewRef(Py_None)};
     enum { PARTS = sizeof parts / sizeof *parts };

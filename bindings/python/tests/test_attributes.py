@@ -52,6 +52,20 @@ def test_what_comes_out(carried):
     assert "labels per face" in repr(a["side"])
 
 
+def test_faces_in_closed_holes_are_marked(surface, tmp_path):
+    points, faces = surface
+    ring = faces[~(faces == 0).any(axis=1)]  # without the faces around a vertex
+    result = quadwright.remesh(points, ring, faces=400, fill_holes=40)
+    marks = result.attributes["filled"]
+    assert marks.names == ["surface", "filled"] and marks.per == "face" and len(marks.values) == len(result.quads)
+    middles, share = result.vertices[result.quads].mean(axis=1), (marks.values == 1).mean()
+    assert 0 < share < 0.1
+    assert np.linalg.norm(middles[marks.values == 1] - points[0], axis=1).max() < 0.5
+    result.save(tmp_path / "marked.ply")
+    assert "filled" in quadwright.load(tmp_path / "marked.ply").attributes
+    assert "filled" not in quadwright.remesh(*surface, faces=400, fill_holes=40).attributes
+
+
 def test_quads_are_the_same_without(surface, carried):
     assert same(carried, quadwright.remesh(*surface, faces=600))
 

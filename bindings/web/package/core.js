@@ -483,6 +483,7 @@ export class Session {
     try {
       this.call('web_run');
       this.call('web_carry');
+      this.call('web_mark_filled');
       if (unwrap || bake) this.unwrap(bake);
     } catch (error) {
       throw thrown ? thrown.error : error;

@@ -393,6 +393,21 @@ test('attributes are carried over', async () => {
   assert.deepEqual([...new Set(attributes.side.values)].sort(), [0, 1]);
 });
 
+test('faces in closed holes are marked', async () => {
+  const positions = [], indices = [], n = 16; // a bowl
+  for (let j = 0; j <= n; j++)
+    for (let i = 0; i <= n; i++) positions.push(i / n - 0.5, j / n - 0.5, (i / n - 0.5) ** 2);
+  for (let j = 0; j < n; j++)
+    for (let i = 0; i < n; i++) {
+      const a = j * (n + 1) + i, b = a + n + 1;
+      if (Math.abs(i - 8) > 1 || Math.abs(j - 8) > 1) indices.push(a, a + 1, b + 1, a, b + 1, b);
+    }
+  const { attributes, quads } = await quadwright.remesh(positions, indices, { faces: 200, fill_holes: 20 });
+  assert.equal(attributes.filled.values.length, quads.length / 4);
+  const share = attributes.filled.values.filter((x) => x === 1).length / (quads.length / 4);
+  assert.ok(share > 0.005 && share < 0.1, `${share}`);
+});
+
 test('points without faces become a surface with wrap, and a value says which gaps it closes', async () => {
   const points = [], count = 3000;
   for (let i = 0; i < count; i++) {
