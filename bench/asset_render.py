@@ -1,7 +1,7 @@
 """An asset beside Blender's own way to one (Smart UV Project, Cycles' bake from the input), on the same quads, and both beside the input: rendered
 by Cycles from the same place. Mean difference of the pictures, of 255, where both show the surface (the input twice: of its noise alone), and of the normals as they are shaded, in degrees.
 
-usage: asset_render.py QUADWRIGHT FOLDER MESH... (OBJ, or GLB with a texture)   (needs Debian's blender and numpy; pictures and a table come to FOLDER)"""
+usage: asset_render.py QUADWRIGHT FOLDER MESH... (OBJ, or GLB with a texture)   (needs Debian's blender and numpy; pictures and a table come to FOLDER: NAME-cycles.png: input, quads, quads with our maps)"""
 import json, pathlib, shutil, subprocess, sys, time
 
 TEXELS, FACES = 2048, 5000
@@ -102,6 +102,16 @@ def shoot(o, what):
 for what, o in (('input', whole), ('noise', whole), ('blender', bare), ('ours', ours)):
     scene.cycles.seed = what == 'noise'
     pixels[what] = shoot(o, what)
+b = m.node_tree.nodes['Principled BSDF'] # quads without their maps
+links = [(l.from_socket, l.to_socket) for l in m.node_tree.links if l.to_socket.node == b]
+for _, end in links: m.node_tree.links.remove(end.links[0])
+pixels['quads'] = shoot(bare, 'quads')
+for begin, end in links: m.node_tree.links.new(begin, end)
+def on_white(a): return numpy.concatenate([a[:, :3] * a[:, 3:] + 1 - a[:, 3:], numpy.ones_like(a[:, 3:])], axis=1).reshape(512, 512, 4)
+row = bpy.data.images.new('row', 1536, 512)
+row.pixels.foreach_set(numpy.concatenate([on_white(pixels[w]) for w in ('input', 'quads', 'ours')], axis=1).astype(numpy.float32).ravel())
+row.scale(960, 320); row.filepath_raw, row.file_format = f'{folder}/{name}-cycles.png', 'PNG'; row.save()
+
 # normals as shaded, and depths, as light
 scene.view_settings.view_transform, scene.render.image_settings.color_depth, scene.cycles.samples = 'Raw', '16', 4
 scene.cycles.filter_width = 0.01 # one place a pixel

@@ -16,7 +16,7 @@ Object.assign(window, { three, GLTFLoader, OBJLoader, ready: true });
 
 /* Runs in the page. models: {input, quads, asset}, each {name, data: base64}. */
 async function compare(models) {
-  const { three, GLTFLoader, OBJLoader } = window, SIZE = 512, REACH = 2, JUMP = 0.04;
+  const { three, GLTFLoader, OBJLoader } = window, SIZE = 512, SHOWN = 320, REACH = 2, JUMP = 0.04;
   const bytesOf = (data) => Uint8Array.from(atob(data), (c) => c.charCodeAt(0));
 
   /* Without normals: of the faces at each place, by their angles, as Blender has them. */
@@ -107,8 +107,9 @@ async function compare(models) {
   }
 
   const row = document.createElement('canvas'), context = row.getContext('2d');
-  (row.width = 3 * SIZE), (row.height = SIZE);
-  Object.values(pictures).forEach((picture, i) => context.putImageData(picture, i * SIZE, 0));
+  (row.width = 3 * SHOWN), (row.height = SHOWN), (context.fillStyle = 'white'), context.fillRect(0, 0, row.width, SHOWN);
+  for (const [i, picture] of Object.values(pictures).entries())
+    context.drawImage(await createImageBitmap(picture, { resizeWidth: SHOWN, resizeHeight: SHOWN, resizeQuality: 'high' }), i * SHOWN, 0);
   return { told, png: row.toDataURL('image/png').split(',')[1] };
 }
 
