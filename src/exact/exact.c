@@ -150,6 +150,38 @@ static void order_pair(uint32_t pair[2])
     if (pair[0] == QW_NONE) pair[0] = pair[1], pair[1] = QW_NONE;
 }
 
+static bool is_round(const holding *w, uint32_t item) { return item != QW_NONE && w->item[item].kind != QW_PLANE; }
+
+/* Corners that are none: where a coarse circle bends from one edge of the surface to the next, both of which lie
+   between the same two primitives, one of them round. quads->kind becomes a copy in which they are vertices of the
+   curve. */
+static void forget_bends(holding *w)
+{
+    qw_quadmesh *q = w->quads;
+    if (!q->kind || !w->curves || w->exact->surface->point) return; /* points that are marked stay corners */
+    uint32_t n = q->vertex_count, (*pair)[2] = qw_alloc(w->env, n, sizeof *pair);
+    uint8_t *edges = QW_NEW_ZERO(w->env, uint8_t, n), *differs = QW_NEW_ZERO(w->env, uint8_t, n);
+    for (uint32_t h = 0; h < 4 * q->face_count; h++) {
+        uint32_t twin = q->twin[h], end[2] = {q->corner[h], q->corner[qw_quad_next(h)]};
+        if (twin != QW_NONE && (twin < h || !q->mark || !q->mark[h])) continue;
+        if (q->kind[end[0]] != QW_VERTEX_CORNER && q->kind[end[1]] != QW_VERTEX_CORNER) continue;
+        qw_vec3 middle = qw_lerp(q->position[end[0]], q->position[end[1]], 0.5f);
+        uint32_t segment = qw_curve_nearest(w->curves, middle, REACH * w->edge[end[0]]).segment;
+        for (int k = 0; k < 2; k++) {
+            uint32_t *own = pair[end[k]], *of = segment == QW_NONE ? NULL : w->pair[segment];
+            if (edges[end[k]] == 0 && of) memcpy(own, of, sizeof *pair);
+            differs[end[k]] |= !of || ((own[0] != of[0] || own[1] != of[1]) && (own[0] != of[1] || own[1] != of[0]));
+            if (edges[end[k]] < 3) edges[end[k]]++;
+        }
+    }
+    uint8_t *kind = memcpy(QW_NEW(w->env, uint8_t, n), q->kind, n);
+    for (uint32_t v = 0; v < n; v++)
+        if (kind[v] == QW_VERTEX_CORNER && edges[v] == 2 && !differs[v] &&
+            (is_round(w, pair[v][0]) || is_round(w, pair[v][1])))
+            kind[v] = QW_VERTEX_CURVE;
+    q->kind = kind;
+}
+
 /* The triangle nearest to `at`, for vertex v. */
 static qw_hit nearest_face(const holding *w, uint32_t v, qw_vec3 at, uint32_t *hint)
 {
@@ -447,6 +479,8 @@ uint32_t qw_put_on_primitives(qw_env *env, qw_quadmesh *quads, double *place, co
     w.tangents = list_edges(&w, is_tangent, &w.touching, &w.along);
     w.outgoing = qw_quadmesh_outgoing(env, quads);
     w.on_tangent = QW_NEW_ZERO(env, uint8_t, n), w.was_of = QW_NEW(env, uint32_t, n);
+    uint8_t *kind = quads->kind;
+    forget_bends(&w);
     find_places(&w);
     if (exact->planes_only) keep_to_planes(&w);
     double *first = QW_NEW(env, double, 3 * (size_t)n);
@@ -466,6 +500,6 @@ uint32_t qw_put_on_primitives(qw_env *env, qw_quadmesh *quads, double *place, co
     uint32_t count = settle(&w);
     memcpy(position, quads->position, n * sizeof *position);
     qw_scope_end(env);
-    quads->position = position;
+    quads->position = position, quads->kind = kind;
     return count;
 }

@@ -21,7 +21,7 @@ enum {
     BACK_ROUNDS = 8 /* of taking vertices back */
 };
 /* The least sine of the corners of a quad that may still become worse. */
-static const double GOOD = 0.5;
+static const double GOOD = 0.3;
 
 /* Vertices that follow one another on a circle. */
 typedef struct circle {
@@ -504,6 +504,7 @@ void qw_even_rows(qw_env *env, const qw_quadmesh *quads, const qw_held *held)
     visit_lines(&e, true, straighten), visit_lines(&e, false, straighten);
     spread(&e, between);
     held->settle(held->user);
+    ease(&e);
     uint8_t *back = QW_NEW_ZERO(env, uint8_t, n);
     qw_undo_bad(quads, held->place, before, 1e-12, back);
     for (uint32_t v = 0; v < n; v++)
