@@ -80,8 +80,8 @@ uint32_t qw_count_odd_curves(const qw_closed_curves *curves, const qw_int2 *d)
 
 /* ---- made even */
 
-/* Of a step: one that costs more presses a strip of quads flat somewhere, and a corner of the shape is lost. */
-static const double MOST_COST = 4;
+/* Of a step, quads beyond the bounds included: taking more of them back elsewhere cost a flange a corner. */
+static const double MOST_COST = 12;
 
 typedef struct evening {
     const qw_component *component;
