@@ -182,6 +182,10 @@ qw_meeting_counts qw_make_meetings(qw_env *env, const qw_component *component, c
     if (!(wish->most_area > 0)) return (qw_meeting_counts){0}; /* it is inverted as a whole: no line has a length */
     qw_scope_begin(env);
     search s = begin_search(env, component, wish, d);
+    if (!(s.terms.first_area > 0)) { /* likewise, by its integers */
+        qw_scope_end(env);
+        return (qw_meeting_counts){0};
+    }
     size_t edges = s.now.source.edge_count;
     uint32_t room = s.now.layout.face_room;
     size_t bytes = LANE_LEAST + (size_t)room * LANE_A_FACE;
