@@ -80,9 +80,6 @@ uint32_t qw_count_odd_curves(const qw_closed_curves *curves, const qw_int2 *d)
 
 /* ---- made even */
 
-/* Of a step, quads beyond the bounds included: taking more of them back elsewhere cost a flange a corner. */
-static const double MOST_COST = 12;
-
 typedef struct evening {
     const qw_component *component;
     qw_closed_curves curves;
@@ -146,11 +143,10 @@ static void try_step(qw_env *env, evening *e, qw_complex *c, uint32_t curve, uin
     }
 }
 
-/* Takes the best step of any odd curve; false where there is none that is cheap enough. */
+/* Takes the best step of any odd curve; false where there is none. */
 static bool take_step(qw_env *env, evening *e, qw_complex *c, double *work)
 {
-    const double most = qw_complex_cost(c) + area_off(e, c) + MOST_COST;
-    e->best_cost = most;
+    e->best_cost = INFINITY;
     memcpy(e->had, c->d, c->edge_count * sizeof *c->d);
     for (uint32_t i = 0; i < e->curves.count; i++)
         for (uint32_t k = e->curves.begin[i]; is_odd(&e->curves, i, e->had) && k < e->curves.begin[i + 1]; k++) {
@@ -160,7 +156,7 @@ static bool take_step(qw_env *env, evening *e, qw_complex *c, double *work)
             qw_break_silence(env);
             try_step(env, e, c, i, v, 1), try_step(env, e, c, i, v, -1);
         }
-    if (!(e->best_cost < most)) return false;
+    if (e->best_cost == INFINITY) return false;
     memcpy(c->d, e->best, c->edge_count * sizeof *c->d);
     e->odd = qw_count_odd_curves(&e->curves, c->d);
     return true;

@@ -5,10 +5,9 @@
 #include <assert.h>
 
 enum {
-    SCAN = 1 << 14,        /* faces between two calls of qw_progress */
-    FEW = 64,              /* of so many faces one */
-    MOST_SPLITS = 1 << 20, /* for one face: each makes an edge shorter, so this is never met; but it is a bound */
-    LISTEN = 1024
+    SCAN = 1 << 14,       /* faces between two calls of qw_progress, splits between two signs of life */
+    FEW = 64,             /* of so many faces one */
+    MOST_SPLITS = 1 << 20 /* for one face: each makes an edge shorter, so this is never met; but it is a bound */
 };
 
 static void tell(const qw_pass *p, uint32_t f, uint32_t count)
@@ -156,7 +155,7 @@ static uint32_t split_face(qw_reshape *r, uint32_t f, float above)
     for (uint32_t done = 0;; done++) {
         float length2, beyond2;
         if (done == MOST_SPLITS) return done;
-        if (done % LISTEN == LISTEN - 1) qw_break_silence(e->env);
+        if (done % SCAN == SCAN - 1) qw_break_silence(e->env);
         uint32_t h = qw_longest_edge(e, f, &length2);
         if (!(length2 > above * above)) return done;
         for (uint32_t t = qw_edit_twin(e, h); t != QW_NONE; t = qw_edit_twin(e, h)) {
@@ -272,7 +271,9 @@ void qw_free_faces(qw_reshape *r, qw_pass p)
     qw_free(e->env, flag);
 }
 
-void qw_split_short_curves(qw_reshape *r, qw_pass p)
+/* Splits edges longer than half a target whose ends are both of this kind or of one beyond it, along curves or across
+   faces. */
+static void split_edges(qw_reshape *r, qw_pass p, qw_vertex_kind least, bool on_curve)
 {
     qw_edit *e = &r->edit;
     uint8_t *flag = flag_faces(e, has_chord, NULL);
@@ -280,28 +281,15 @@ void qw_split_short_curves(qw_reshape *r, qw_pass p)
         tell(&p, f, count);
         if (!flag[f]) continue;
         for (uint32_t h = 4 * f; h < 4 * f + 3; h++) {
-            bool corners = e->vertex[qw_edit_tail(e, h)].kind == QW_VERTEX_CORNER &&
-                           e->vertex[qw_edit_head(e, h)].kind == QW_VERTEX_CORNER;
-            if (corners && qw_is_first_side(e, h) && qw_edit_on_curve(e, h) && qw_edge_ratio2(e, h) > 0.5f * 0.5f)
+            bool ends = e->vertex[qw_edit_tail(e, h)].kind >= least && e->vertex[qw_edit_head(e, h)].kind >= least;
+            if (ends && qw_is_first_side(e, h) && qw_edit_on_curve(e, h) == on_curve &&
+                qw_edge_ratio2(e, h) > 0.5f * 0.5f)
                 qw_reshape_split(r, h);
         }
     }
     qw_free(e->env, flag);
 }
 
-void qw_split_between_curves(qw_reshape *r, qw_pass p)
-{
-    qw_edit *e = &r->edit;
-    uint8_t *flag = flag_faces(e, has_chord, NULL);
-    for (uint32_t f = 0, count = e->face_count; f < count; f++) {
-        tell(&p, f, count);
-        if (!flag[f]) continue;
-        for (uint32_t h = 4 * f; h < 4 * f + 3; h++) {
-            bool chord = e->vertex[qw_edit_tail(e, h)].kind != QW_VERTEX_FREE &&
-                         e->vertex[qw_edit_head(e, h)].kind != QW_VERTEX_FREE;
-            if (chord && qw_is_first_side(e, h) && !qw_edit_on_curve(e, h) && qw_edge_ratio2(e, h) > 0.5f * 0.5f)
-                qw_reshape_split(r, h);
-        }
-    }
-    qw_free(e->env, flag);
-}
+void qw_split_short_curves(qw_reshape *r, qw_pass p) { split_edges(r, p, QW_VERTEX_CORNER, true); }
+
+void qw_split_between_curves(qw_reshape *r, qw_pass p) { split_edges(r, p, QW_VERTEX_CURVE, false); }

@@ -73,7 +73,6 @@ static bool is_outside(const qw_wrap_lattice *l, const double at[3])
 /* Whether the outside is met within two cells of some place of a piece, along its normal (0) and against it (1). */
 static void find_sides(const cutting *c, const piece *p, bool side[2])
 {
-    enum { PLACES = 4, STEPS = 4 };
     const double *a[3] = {c->unit + 3 * (size_t)p->corner[0], c->unit + 3 * (size_t)p->corner[1],
                           c->unit + 3 * (size_t)p->corner[2]};
     double u[3], v[3], n[3];
@@ -82,15 +81,16 @@ static void find_sides(const cutting *c, const piece *p, bool side[2])
     double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
     side[0] = side[1] = false;
     if (!(length > 0)) return;
-    for (int i = 0; i < PLACES * 2 * STEPS; i++) {
-        int place = i % PLACES, back = i / PLACES % 2, step = i / PLACES / 2 + 1;
-        double at[3], far = (back ? -0.5 : 0.5) * step * c->lattice->frame.side / length;
-        for (int k = 0; k < 3; k++) {
-            double middle = (a[0][k] + a[1][k] + a[2][k]) / 3;
-            at[k] = (place < 3 ? (middle + a[place][k]) / 2 : middle) + far * n[k];
-        }
-        side[back] |= is_outside(c->lattice, at);
-    }
+    for (int half = 1; half <= 4; half++)       /* cells */
+        for (int place = 0; place < 4; place++) /* half way to each corner, and the middle */
+            for (int back = 0; back < 2; back++) {
+                double at[3], far = (back ? -0.5 : 0.5) * half * c->lattice->frame.side / length;
+                for (int k = 0; k < 3; k++) {
+                    double middle = (a[0][k] + a[1][k] + a[2][k]) / 3;
+                    at[k] = (place < 3 ? (middle + a[place][k]) / 2 : middle) + far * n[k];
+                }
+                side[back] |= is_outside(c->lattice, at);
+            }
 }
 
 static void keep(cutting *c, const piece *p)
