@@ -346,9 +346,9 @@ static bool is_inside(const qw_box_tree *t, const qw_bvh_pocket *pocket, qw_vec3
 /* Whether any face of a node may have a normal as the query wants it; rounding allowed for. */
 static inline bool may_agree(const normal_box *b, const qw_bvh_query *q)
 {
-    float most = fmaxf((float)b->lo[0] * q->normal.x, (float)b->hi[0] * q->normal.x) +
-                 fmaxf((float)b->lo[1] * q->normal.y, (float)b->hi[1] * q->normal.y) +
-                 fmaxf((float)b->lo[2] * q->normal.z, (float)b->hi[2] * q->normal.z);
+    float most = qw_max_of((float)b->lo[0] * q->normal.x, (float)b->hi[0] * q->normal.x) +
+                 qw_max_of((float)b->lo[1] * q->normal.y, (float)b->hi[1] * q->normal.y) +
+                 qw_max_of((float)b->lo[2] * q->normal.z, (float)b->hi[2] * q->normal.z);
     return most >= STEEPEST * (q->least_dot - 1e-4f);
 }
 
@@ -383,7 +383,7 @@ qw_hit qw_bvh_find(const qw_bvh *bvh, const qw_bvh_query *q, const qw_bvh_pocket
             at = best.distance2 < q->enough2 ? QW_NONE : pop(&todo, reach(t, best.distance2));
             continue;
         }
-        float limit = fminf(reach(t, best.distance2), FLT_MAX);
+        float limit = qw_min_of(reach(t, best.distance2), FLT_MAX);
         at = choose(&todo, n->first, key_of(bvh, n->first, q, test_normal), key_of(bvh, n->first + 1, q, test_normal),
                     limit);
         if (at == QW_NONE) at = pop(&todo, limit);

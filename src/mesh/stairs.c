@@ -21,7 +21,7 @@ typedef struct stairs_task {
     const qw_trimesh *mesh;
     const qw_vec3 *normal;
     const qw_ball_curvature *ball;
-    const uint32_t *edge; /* half-edges */
+    const uint32_t *edge; /* half-edges that are asked */
     uint8_t *step;        /* uint8_t[edges]: 0, BACK, ASKEW */
 } stairs_task;
 
@@ -42,26 +42,50 @@ static void ask_steps(void *user, uint32_t block, uint32_t begin, uint32_t end)
     for (uint32_t i = begin; i < end; i++) t->step[i] = step_at(t, t->edge[i]);
 }
 
+/* Marked edges of the networks that are asked, in the order of their half-edges; the surface is looked at for a few of
+   each network, and what was found holds for those after it as far as a quarter of the ball. */
+typedef struct stairs_edges {
+    uint32_t *half, count;    /* half-edges */
+    uint32_t *sample;         /* uint32_t[count]: the one in `asked` whose answer each takes */
+    uint32_t *asked, samples; /* half-edges */
+    double length;            /* of all */
+} stairs_edges;
+
+static stairs_edges list_edges(qw_env *env, const qw_trimesh *mesh, const qw_step_networks *networks, float size)
+{
+    size_t most = 3 * (size_t)mesh->face_count;
+    stairs_edges e = {QW_NEW(env, uint32_t, most), 0, QW_NEW(env, uint32_t, most), QW_NEW(env, uint32_t, most), 0, 0};
+    uint32_t *last = QW_NEW(env, uint32_t, mesh->vertex_count); /* of each network */
+    double *left = QW_NEW_ZERO(env, double, mesh->vertex_count);
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
+        uint32_t network = networks->of_vertex[mesh->corner[h]];
+        if (!mesh->mark[h] || mesh->twin[h] < h || !networks->asked[network]) continue;
+        if (left[network] <= 0) {
+            last[network] = e.samples, e.asked[e.samples++] = h;
+            left[network] = BALL / 4 * (double)size;
+        }
+        left[network] -= (double)qw_edge_length(mesh, h);
+        e.length += (double)qw_edge_length(mesh, h);
+        e.half[e.count] = h, e.sample[e.count++] = last[network];
+    }
+    return e;
+}
+
 void qw_find_steps(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, const qw_step_networks *networks,
                    float size, qw_steps *steps)
 {
     assert(mesh->mark && size > 0);
     qw_scope_begin(env);
-    uint32_t *edge = QW_NEW(env, uint32_t, 3 * (size_t)mesh->face_count), count = 0;
-    double length = 0;
-    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
-        if (!mesh->mark[h] || mesh->twin[h] < h || !networks->asked[networks->of_vertex[mesh->corner[h]]]) continue;
-        edge[count++] = h;
-        length += (double)qw_edge_length(mesh, h);
-    }
-    if (length * (double)size > LEAST_DENSITY * qw_trimesh_area(mesh)) {
-        stairs_task t = {.mesh = mesh, .normal = normal, .edge = edge, .step = QW_NEW(env, uint8_t, count)};
+    stairs_edges e = list_edges(env, mesh, networks, size);
+    if (e.length * (double)size > LEAST_DENSITY * qw_trimesh_area(mesh)) {
+        stairs_task t = {.mesh = mesh, .normal = normal, .edge = e.asked, .step = QW_NEW(env, uint8_t, e.samples)};
         t.ball = qw_ball_curvature_of(env, mesh, normal, QW_BALL_MARKED, BALL * (double)size);
-        qw_parallel(env, count, GRAIN, ask_steps, &t);
-        for (uint32_t i = 0; i < count; i++) {
-            qw_steps *s = &steps[networks->of_vertex[mesh->corner[edge[i]]]];
-            if (t.step[i]) s->back += (double)qw_edge_length(mesh, edge[i]);
-            if (t.step[i] == ASKEW) s->askew += (double)qw_edge_length(mesh, edge[i]);
+        qw_parallel(env, e.samples, GRAIN, ask_steps, &t);
+        for (uint32_t i = 0; i < e.count; i++) {
+            qw_steps *s = &steps[networks->of_vertex[mesh->corner[e.half[i]]]];
+            uint8_t step = t.step[e.sample[i]];
+            if (step) s->back += (double)qw_edge_length(mesh, e.half[i]);
+            if (step == ASKEW) s->askew += (double)qw_edge_length(mesh, e.half[i]);
         }
     }
     qw_scope_end(env);

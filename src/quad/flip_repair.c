@@ -50,16 +50,16 @@ typedef struct remedy {
 } remedy;
 
 static const remedy table[] = {
-    {"membrane", false, FOR_FLIPPED, {1, 3}, 0, QW_MEMBRANE, QW_ON_CURVES, ANY, 0.4f, {50000, 10}},
-    {"membrane, in doubt", false, FOR_DOUBTFUL, {1, 3}, 0, QW_MEMBRANE, QW_ON_CURVES, ANY, 0.85f, {50000, 10}},
-    {"search", false, FOR_CORNERS, {1, 2}, 0, QW_SEARCH, QW_ON_CURVES, ANY, 0, {20000, 5}},
-    {"membrane and search", false, FOR_DOUBTFUL, {1, 3}, 0, QW_MEMBRANE_SEARCH, QW_ON_CURVES, ANY, 0, {20000, 5}},
-    {"membrane, corners slide", false, FOR_FLIPPED, {1, 3}, 0, QW_MEMBRANE, QW_CORNERS_SLIDE, ANY, 0.4f, {50000, 10}},
-    {"search, corners slide", false, FOR_CORNERS, {1, 2}, 0, QW_SEARCH, QW_CORNERS_SLIDE, ANY, 0, {20000, 5}},
-    {"off the curves", true, FOR_FLIPPED, {2, 2}, 0, QW_SEARCH_BOTH, QW_OFF_CURVES, 0, 0, {50000, 5}},
-    {"one move", true, FOR_FLIPPED, {2, 2}, 1, QW_SEARCH_BOTH, QW_OFF_CURVES, 0, 0, {50000, 20}},
-    {"two moves", true, FOR_FLIPPED, {2, 2}, 2, QW_SEARCH_BOTH, QW_OFF_CURVES, 0, 0, {50000, 20}},
-    {"one move, corners give way", true, FOR_FLIPPED, {2, 2}, 1, QW_SEARCH_BOTH, QW_OFF_CURVES, 4, 0, {50000, 20}},
+    {"membrane", false, FOR_FLIPPED, {1, 3}, 0, QW_MEMBRANE, QW_ON_CURVES, ANY, 0.4f, {10000, 5}},
+    {"membrane, in doubt", false, FOR_DOUBTFUL, {1, 3}, 0, QW_MEMBRANE, QW_ON_CURVES, ANY, 0.85f, {10000, 5}},
+    {"search", false, FOR_CORNERS, {1, 2}, 0, QW_SEARCH, QW_ON_CURVES, ANY, 0, {10000, 5}},
+    {"membrane and search", false, FOR_DOUBTFUL, {1, 3}, 0, QW_MEMBRANE_SEARCH, QW_ON_CURVES, ANY, 0, {10000, 5}},
+    {"membrane, corners slide", false, FOR_FLIPPED, {1, 3}, 0, QW_MEMBRANE, QW_CORNERS_SLIDE, ANY, 0.4f, {10000, 5}},
+    {"search, corners slide", false, FOR_CORNERS, {1, 2}, 0, QW_SEARCH, QW_CORNERS_SLIDE, ANY, 0, {10000, 5}},
+    {"off the curves", true, FOR_FLIPPED, {2, 2}, 0, QW_SEARCH_BOTH, QW_OFF_CURVES, 0, 0, {25000, 5}},
+    {"one move", true, FOR_FLIPPED, {2, 2}, 1, QW_SEARCH_BOTH, QW_OFF_CURVES, 0, 0, {25000, 20}},
+    {"two moves", true, FOR_FLIPPED, {2, 2}, 2, QW_SEARCH_BOTH, QW_OFF_CURVES, 0, 0, {25000, 20}},
+    {"one move, corners give way", true, FOR_FLIPPED, {2, 2}, 1, QW_SEARCH_BOTH, QW_OFF_CURVES, 4, 0, {25000, 20}},
 };
 enum { REMEDIES = sizeof table / sizeof *table, PASSES = 2 };
 

@@ -186,14 +186,28 @@ static bool is_flat(const qw_vec3 *position, const uint32_t *c)
     return most2 <= FLAT * FLAT * longest2 * longest2;
 }
 
+/* What is wrong with a quad's form, without a look at the surface. */
+static qw_faults faults_of_form(const qw_vec3 *position, const uint32_t *corner)
+{
+    if (is_flat(position, corner)) return (qw_faults){1, 0, 4};
+    return (qw_faults){0, 0, (int32_t)qw_inverted_corners(position, corner)};
+}
+
+/* Beside the surface, of a quad that is not flat. */
+static qw_faults faults_of_side(const qw_flip_judge *judge, const qw_vec3 *position, const uint32_t *corner)
+{
+    qw_flip flip = qw_flip_of_quad(judge, position, corner);
+    return (qw_faults){flip == QW_FLIPPED, flip == QW_DOUBTFUL, 0};
+}
+
 qw_faults qw_faults_of_quad(const qw_flip_judge *judge, const qw_vec3 *position, const qw_vec3 *ground,
                             const uint32_t *corner)
 {
     assert(judge && position && corner);
-    if (is_flat(position, corner)) return (qw_faults){1, 0, 4};
-    bool may_be = !ground || qw_may_be_flipped(position, ground, corner);
-    qw_flip flip = may_be ? qw_flip_of_quad(judge, position, corner) : QW_NOT_FLIPPED;
-    return (qw_faults){flip == QW_FLIPPED, flip == QW_DOUBTFUL, (int32_t)qw_inverted_corners(position, corner)};
+    qw_faults faults = faults_of_form(position, corner);
+    if (faults.flipped || (ground && !qw_may_be_flipped(position, ground, corner))) return faults;
+    qw_add_faults(&faults, faults_of_side(judge, position, corner), 1);
+    return faults;
 }
 
 qw_faults qw_patch_faults_of(qw_repair_site *s, const qw_patch *p, uint32_t f)
@@ -256,10 +270,34 @@ static bool keeps_shape(const qw_repair_site *s, qw_patch *p)
     return far <= p->farthest && area >= p->least_area * p->area;
 }
 
+/* The faults of the patch as it is; some of them, no fewer than the best had, as soon as they are found. What is
+   cheap to see is looked at first. */
+static qw_faults faults_at_most(qw_repair_site *s, const qw_patch *p, qw_faults most)
+{
+    qw_faults sum = {0, 0, 0};
+    uint32_t list[QW_PATCH_FACES], count = 0;
+    for (uint32_t f = 0; f < p->quads.face_count; f++) {
+        const uint32_t *c = p->corner + 4 * (size_t)f;
+        qw_faults form = faults_of_form(p->position, c);
+        qw_add_faults(&sum, form, 1);
+        if (qw_may_be_flipped(p->position, p->ground, c)) list[count++] = f;
+    }
+    qw_spend(s, count, 0);
+    for (uint32_t i = 0; i < count && qw_fewer_faults(sum, most); i++) {
+        const uint32_t *c = p->corner + 4 * (size_t)list[i];
+        uint64_t effort = 0;
+        qw_flip_judge judge = s->judge;
+        judge.effort = &effort;
+        if (!is_flat(p->position, c)) qw_add_faults(&sum, faults_of_side(&judge, p->position, c), 1);
+        qw_spend(s, 0, effort);
+    }
+    return sum;
+}
+
 bool qw_patch_keep_better(qw_repair_site *s, qw_patch *p)
 {
     assert(s->tree && p->quads.face_count <= QW_PATCH_FACES);
-    qw_faults now = qw_patch_faults(s, p);
+    qw_faults now = faults_at_most(s, p, p->faults);
     if (!qw_fewer_faults(now, p->faults) || !keeps_shape(s, p)) return false;
     p->faults = now;
     qw_patch_save(p);
