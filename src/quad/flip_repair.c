@@ -50,16 +50,16 @@ typedef struct remedy {
 } remedy;
 
 static const remedy table[] = {
-    {"membrane", false, FOR_FLIPPED, {1, 3}, 0, QW_MEMBRANE, QW_ON_CURVES, ANY, 0.4f, {10000, 5}},
-    {"membrane, in doubt", false, FOR_DOUBTFUL, {1, 3}, 0, QW_MEMBRANE, QW_ON_CURVES, ANY, 0.85f, {10000, 5}},
-    {"search", false, FOR_CORNERS, {1, 2}, 0, QW_SEARCH, QW_ON_CURVES, ANY, 0, {10000, 5}},
-    {"membrane and search", false, FOR_DOUBTFUL, {1, 3}, 0, QW_MEMBRANE_SEARCH, QW_ON_CURVES, ANY, 0, {10000, 5}},
-    {"membrane, corners slide", false, FOR_FLIPPED, {1, 3}, 0, QW_MEMBRANE, QW_CORNERS_SLIDE, ANY, 0.4f, {10000, 5}},
-    {"search, corners slide", false, FOR_CORNERS, {1, 2}, 0, QW_SEARCH, QW_CORNERS_SLIDE, ANY, 0, {10000, 5}},
-    {"off the curves", true, FOR_FLIPPED, {2, 2}, 0, QW_SEARCH_BOTH, QW_OFF_CURVES, 0, 0, {25000, 5}},
-    {"one move", true, FOR_FLIPPED, {2, 2}, 1, QW_SEARCH_BOTH, QW_OFF_CURVES, 0, 0, {25000, 20}},
-    {"two moves", true, FOR_FLIPPED, {2, 2}, 2, QW_SEARCH_BOTH, QW_OFF_CURVES, 0, 0, {25000, 20}},
-    {"one move, corners give way", true, FOR_FLIPPED, {2, 2}, 1, QW_SEARCH_BOTH, QW_OFF_CURVES, 4, 0, {25000, 20}},
+    {"membrane", false, FOR_FLIPPED, {1, 3}, 0, QW_MEMBRANE, QW_ON_CURVES, ANY, 0.4f, {6000, 4}},
+    {"membrane, in doubt", false, FOR_DOUBTFUL, {1, 3}, 0, QW_MEMBRANE, QW_ON_CURVES, ANY, 0.85f, {6000, 4}},
+    {"search", false, FOR_CORNERS, {1, 2}, 0, QW_SEARCH, QW_ON_CURVES, ANY, 0, {6000, 4}},
+    {"membrane and search", false, FOR_DOUBTFUL, {1, 3}, 0, QW_MEMBRANE_SEARCH, QW_ON_CURVES, ANY, 0, {6000, 4}},
+    {"membrane, corners slide", false, FOR_FLIPPED, {1, 3}, 0, QW_MEMBRANE, QW_CORNERS_SLIDE, ANY, 0.4f, {6000, 4}},
+    {"search, corners slide", false, FOR_CORNERS, {1, 2}, 0, QW_SEARCH, QW_CORNERS_SLIDE, ANY, 0, {6000, 4}},
+    {"off the curves", true, FOR_FLIPPED, {2, 2}, 0, QW_SEARCH_BOTH, QW_OFF_CURVES, 0, 0, {15000, 5}},
+    {"one move", true, FOR_FLIPPED, {2, 2}, 1, QW_SEARCH_BOTH, QW_OFF_CURVES, 0, 0, {15000, 15}},
+    {"two moves", true, FOR_FLIPPED, {2, 2}, 2, QW_SEARCH_BOTH, QW_OFF_CURVES, 0, 0, {15000, 15}},
+    {"one move, corners give way", true, FOR_FLIPPED, {2, 2}, 1, QW_SEARCH_BOTH, QW_OFF_CURVES, 4, 0, {15000, 15}},
 };
 enum { REMEDIES = sizeof table / sizeof *table, PASSES = 2 };
 
@@ -136,6 +136,24 @@ static bool make_moves(engine *g, trial *t, uint32_t f, uint32_t changed[6 * MOS
     return true;
 }
 
+static bool has_corner_among(const qw_patch *p, uint32_t f, const uint32_t *vertex, uint32_t count)
+{
+    for (uint32_t k = 0; k < 4 * count; k++)
+        if (p->vertex[p->corner[4 * f + k % 4]] == vertex[k / 4]) return true;
+    return false;
+}
+
+/* Of a patch as it was taken: quads are judged anew only where moves have changed them. */
+static qw_faults faults_as_taken(engine *g, const qw_patch *p, const uint32_t *changed, uint32_t count)
+{
+    qw_faults sum = {0, 0, 0};
+    for (uint32_t i = 0; i < p->quads.face_count; i++) {
+        bool anew = has_corner_among(p, i, changed, count);
+        qw_add_faults(&sum, anew ? qw_patch_faults_of(&g->site, p, i) : g->known[p->face[i]], 1);
+    }
+    return sum;
+}
+
 /* Makes the moves, and finds positions for the patch around them and around quad f. The moves stay made; false where
    one is not legal. */
 static bool make_trial(engine *g, uint32_t f, const remedy *r, uint32_t rings, trial *t)
@@ -147,7 +165,7 @@ static bool make_trial(engine *g, uint32_t f, const remedy *r, uint32_t rings, t
     if (!make_moves(g, t, f, changed, &count)) return false;
     for (uint32_t i = 0; i < count; i++) add_seed(&g->site.e, seeds, &n, changed[i]);
     qw_patch_take(&g->site, p, seeds, n, rings, r->freedom);
-    p->least_area = r->least_area;
+    p->least_area = r->least_area, p->faults = faults_as_taken(g, p, changed, t->length > 0 ? count : 0);
     qw_patch_place(&g->site, p, r->placing);
     qw_add_faults(&t->change, p->faults, 1);
     for (uint32_t i = 0; i < p->quads.face_count; i++) qw_add_faults(&t->change, g->known[p->face[i]], -1);

@@ -222,13 +222,6 @@ qw_faults qw_patch_faults_of(qw_repair_site *s, const qw_patch *p, uint32_t f)
     return faults;
 }
 
-qw_faults qw_patch_faults(qw_repair_site *s, const qw_patch *p)
-{
-    qw_faults sum = {0, 0, 0};
-    for (uint32_t f = 0; f < p->quads.face_count; f++) qw_add_faults(&sum, qw_patch_faults_of(s, p, f), 1);
-    return sum;
-}
-
 static float distance_to_surface(const qw_repair_site *s, uint32_t component, qw_vec3 point)
 {
     qw_hit hit = qw_bvh_nearest_of(s->tree, component, point, qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);

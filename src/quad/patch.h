@@ -88,7 +88,6 @@ static inline uint32_t qw_patch_component(const qw_repair_site *site, const qw_p
 }
 
 /* What is wrong with the patch, or with one of its quads, as it is now. */
-qw_faults qw_patch_faults(qw_repair_site *site, const qw_patch *patch);
 qw_faults qw_patch_faults_of(qw_repair_site *site, const qw_patch *patch, uint32_t f);
 
 /* Whether the patch has fewer faults than what is saved and has kept its shape: then it is what is saved. */
@@ -119,7 +118,7 @@ typedef enum qw_placing {
     QW_SEARCH_BOTH      /* the search, and where quads are still flipped the other one */
 } qw_placing;
 
-/* Saves the best that is found; the patch is left as saved. */
+/* Saves the best that is found; the patch is left as saved. patch->faults: of the patch as it is. */
 void qw_patch_place(qw_repair_site *site, qw_patch *patch, qw_placing placing);
 
 /* Vertices that left their curve, or corners their place, go back or half the way where that is no worse; saved. */

@@ -291,7 +291,6 @@ static void try_search(qw_repair_site *s, qw_patch *p)
 void qw_patch_place(qw_repair_site *s, qw_patch *p, qw_placing placing)
 {
     assert(p->quads.face_count > 0);
-    p->faults = qw_patch_faults(s, p);
     if (qw_is_faultless(p->faults)) return;
     if (placing == QW_MEMBRANE) try_membrane(s, p);
     if (placing == QW_SEARCH || placing == QW_SEARCH_BOTH) try_search(s, p);
