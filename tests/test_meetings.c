@@ -365,6 +365,28 @@ static void areas_out_of_reach(void **state)
     qw_env_destroy(env);
 }
 
+/* A box of 248 quads whose real lengths are so many times its integers: the square of how far each derivative is from
+   the identity, and five times what quads lack of four tenths of their real area. */
+static void crushed_quads_cost_more(void **state)
+{
+    (void)state;
+    static const double times[] = {1, 1.25, 2, 4};
+    for (size_t i = 0; i < sizeof times / sizeof *times; i++) {
+        qw_env *env = qw_env_create(NULL, 1);
+        qw_component box = box_of(env);
+        const qw_complex *c = &box.decimated.complex;
+        qw_real2 *real = QW_NEW(env, qw_real2, c->edge_count);
+        double k = times[i], area = 248 * k * k, square = 2 * (1 - 1 / k) * (1 - 1 / k);
+        for (uint32_t e = 0; e < c->edge_count; e++)
+            real[e] = (qw_real2){(float)(c->d[e].x * k), (float)(c->d[e].y * k)};
+        qw_measured_layout m = qw_measured_layout_make(env, &box, real, c->face_count);
+        qw_meeting_terms terms = {.component = &box, .first = c->d, .first_area = 248, .longest = LONG};
+        qw_measured_layout_fill(&terms, &m, c->d);
+        assert_true(fabs(m.energy - area * (square + 5 * fmax(0.4 - 1 / (k * k), 0))) < 1e-3 * area);
+        qw_env_destroy(env);
+    }
+}
+
 /* What came of the attempts at all candidates, one kept after the other. */
 typedef struct outcomes {
     uint32_t count, kept[64];
@@ -434,14 +456,11 @@ static void lanes_agree(void **state)
 
 QW_TEST_SUITE(meetings)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(layouts_go_back),
-                                       cmocka_unit_test(lines_of_a_box),
-                                       cmocka_unit_test(segments_become_edges),
-                                       cmocka_unit_test(offsets_are_closed_again),
-                                       cmocka_unit_test(nearest_are_visited),
-                                       cmocka_unit_test(lines_get_shorter),
-                                       cmocka_unit_test(no_area_no_meetings),
-                                       cmocka_unit_test(areas_out_of_reach),
-                                       cmocka_unit_test(lanes_agree)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(layouts_go_back),          cmocka_unit_test(lines_of_a_box),
+        cmocka_unit_test(crushed_quads_cost_more),  cmocka_unit_test(segments_become_edges),
+        cmocka_unit_test(offsets_are_closed_again), cmocka_unit_test(nearest_are_visited),
+        cmocka_unit_test(lines_get_shorter),        cmocka_unit_test(no_area_no_meetings),
+        cmocka_unit_test(areas_out_of_reach),       cmocka_unit_test(lanes_agree)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

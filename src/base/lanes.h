@@ -6,6 +6,10 @@
 #include "base/arena.h"
 #include "base/env.h"
 
+/* Trials run in so many lanes side by side whatever the number of threads, attempts in no more than there are threads.
+ */
+enum { QW_MOST_LANES = 4 };
+
 typedef struct qw_lane {
     qw_env *run; /* the whole run's */
     qw_env *env; /* the lane's; NULL where its arena had no room even for that */

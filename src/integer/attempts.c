@@ -10,22 +10,24 @@
 
 /* The most by which a search that accepts by estimates may miss the count, as a share of it. */
 static const double TRUSTED_AREA = 0.05;
-enum { MOST_LANES = 4 };
-/* Sums of lines above this, in half quads, count as unbounded; it fits int64_t. */
-static const double MOST_SUM = 1e15;
+/* Where integers leave a triangle less than this share of its real area, rows of quads lie on one another or far apart:
+   what is missing costs so many times its area. */
+static const double AREA_LEFT = 0.4, CRUSHED = 5;
 
 /* ---- what a layout is worth */
 
 /* Energy of the map from the real to the integer complex that is linear on each triangle: the integral of the square of
-   how far its derivative is from the identity, in quads. */
+   how far its derivative is from the identity, in quads, and what triangles that are crushed cost. The square alone
+   takes a strip of three quads that becomes one for less than a fifth of what its rows lose. */
 static double energy_of(const qw_complex *c)
 {
     double sum = 0;
     for (uint32_t h = 0; h < 3 * c->face_count; h += 3) {
         qw_double2 u = qw_along(c, h), v = qw_turned2(2, qw_along(c, h + 2));
         qw_int2 iu = qw_steps_along(c, h), iv = qw_turn(2, qw_steps_along(c, h + 2));
-        double det = qw_cross2(u, v);
+        double det = qw_cross2(u, v), left = (double)((int64_t)iu.x * iv.y - (int64_t)iu.y * iv.x);
         if (det <= 0) continue;
+        sum += CRUSHED * fmax(AREA_LEFT * det - left, 0) / 2;
         qw_double2 a = {iu.x - u.x, iu.y - u.y}, b = {iv.x - v.x, iv.y - v.y};
         /* [a b] times the inverse of [u v], times det */
         qw_double2 p = {a.x * v.y - b.x * u.y, b.x * u.x - a.x * v.x},
@@ -43,8 +45,8 @@ bool qw_measure_lines(const qw_meeting_terms *terms, qw_measured_layout *m, doub
     if (!m->is_numbered) qw_layout_number(&m->layout);
     m->is_numbered = true;
     double scale = sqrt(terms->first_area / fmax(qw_complex_area(&m->layout.complex), 1)) / 2, sums = most / scale;
-    int64_t sum = qw_layout_measure(&m->layout, terms->longest, sums < MOST_SUM ? (int64_t)sums + 1 : INT64_MAX,
-                                    m->length);
+    int64_t sum = qw_layout_measure(&m->layout, terms->longest,
+                                    sums < (double)(INT64_MAX / 2) ? (int64_t)sums + 1 : INT64_MAX, m->length);
     m->lines = (double)sum * scale;
     return m->lines < most;
 }
@@ -175,7 +177,7 @@ qw_attempts *qw_attempts_begin(qw_env *env, const qw_meeting_terms *terms, const
 {
     qw_attempts *a = QW_NEW_ZERO(env, qw_attempts, 1);
     uint32_t threads = qw_env_threads(env);
-    a->lane_count = threads == 1 || lane_bytes == 0 ? 0 : threads < MOST_LANES ? threads : MOST_LANES;
+    a->lane_count = threads == 1 || lane_bytes == 0 ? 0 : threads < QW_MOST_LANES ? threads : QW_MOST_LANES;
     a->terms = terms, a->real = real, a->room = room;
     a->own = (worker){.env = env, .all = a};
     set_up(&a->own);

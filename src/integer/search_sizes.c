@@ -216,12 +216,12 @@ static void give_up(const qw_search *s, bool *given_up, int next)
         given_up[p] |= is_broken(s, given_up, p) && s->kept[p].number + 2 * (uint32_t)s->tries < (uint32_t)next;
 }
 
-/* Runs trials i to i + QW_TRIAL_LANES of all broken components; returns how many, in order of their numbers. */
+/* Runs trials i to i + QW_MOST_LANES of all broken components; returns how many, in order of their numbers. */
 static uint32_t run_noisy(qw_env *env, const qw_search *s, const bool *given_up, int i, qw_trial *trials,
                           qw_trial **list)
 {
     uint32_t n = s->components->count, count = 0;
-    for (int j = i; j < i + QW_TRIAL_LANES; j++)
+    for (int j = i; j < i + QW_MOST_LANES; j++)
         for (uint32_t p = 0; p < n; p++) {
             if (!is_broken(s, given_up, p)) continue;
             list[count] = &trials[(size_t)(j - i) * n + p];
@@ -237,15 +237,15 @@ uint32_t qw_search_noise(qw_env *env, qw_search *s)
     qw_scope_begin(env);
     uint32_t n = s->components->count, count = 0, at = 0;
     bool *given_up = QW_NEW_ZERO(env, bool, n);
-    qw_trial *trials = qw_search_room(env, s, QW_TRIAL_LANES),
-             **list = QW_NEW(env, qw_trial *, (size_t)QW_TRIAL_LANES * n);
+    qw_trial *trials = qw_search_room(env, s, QW_MOST_LANES),
+             **list = QW_NEW(env, qw_trial *, (size_t)QW_MOST_LANES * n);
     int i = s->tries, end = i; /* trials below `end` have been run, those below `i` judged */
     for (; i < NOISY_ROUNDS * s->tries; i++) {
         if (i % (2 * s->tries) == s->tries && i > s->tries) give_up(s, given_up, i);
         uint64_t edges = broken_edges(s, given_up);
         if (edges == 0 || (double)i * (double)edges >= s->wish.effort * QW_SEARCH_EDGES) break;
         if (i == end) {
-            end = i + QW_TRIAL_LANES, at = 0;
+            end = i + QW_MOST_LANES, at = 0;
             count = run_noisy(env, s, given_up, i, trials, list);
         }
         for (; at < count && list[at]->number == (uint32_t)i; at++) {

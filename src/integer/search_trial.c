@@ -131,12 +131,12 @@ void qw_run_trials(qw_env *env, const qw_components *components, uint32_t most_e
     assert(trials || count == 0);
     qw_scope_begin(env);
     size_t bytes = ARENA_LEAST + (size_t)most_edges * ARENA_AN_EDGE;
-    uint32_t lane_count = bytes <= ARENA_MOST ? QW_TRIAL_LANES : 0;
+    uint32_t lane_count = bytes <= ARENA_MOST ? QW_MOST_LANES : 0;
     qw_lane *lanes = qw_lanes_begin(env, lane_count, bytes);
-    series *all = QW_NEW(env, series, QW_TRIAL_LANES);
+    series *all = QW_NEW(env, series, QW_MOST_LANES);
     for (uint32_t i = 0; i < lane_count; i++)
         all[i] = (series){&lanes[i], complex_room(env, most_edges), components, trials, 0, 0};
-    uint32_t step = most_edges > LONG_TRIAL ? QW_TRIAL_LANES : count;
+    uint32_t step = most_edges > LONG_TRIAL ? QW_MOST_LANES : count;
     for (uint32_t from = 0, to; from < count && lane_count > 0; from = to) {
         to = count - from > step ? from + step : count;
         for (uint32_t i = 0; i < lane_count; i++)

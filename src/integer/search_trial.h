@@ -3,12 +3,10 @@
 #ifndef QW_INTEGER_SEARCH_TRIAL_H
 #define QW_INTEGER_SEARCH_TRIAL_H
 
+#include "base/lanes.h"
 #include "integer/components.h"
 #include "integer/network.h"
 #include "integer/regular.h"
-
-/* Trials run in so many lanes side by side, whatever the number of threads. */
-enum { QW_TRIAL_LANES = 4 };
 
 typedef struct qw_trial {
     uint32_t component;
