@@ -10,14 +10,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define QW_STRING_(x) #x
-#define QW_STRING(x)  QW_STRING_(x)
-
-const char *qw_version(void)
-{
-    return QW_STRING(QW_VERSION_MAJOR) "." QW_STRING(QW_VERSION_MINOR) "." QW_STRING(QW_VERSION_PATCH);
-}
-
 static void *host_resize(const qw_host *host, void *block, size_t old_size, size_t new_size)
 {
     if (host && host->resize) return host->resize(host->resize_user, block, old_size, new_size);

@@ -10,12 +10,6 @@
 #include <stdio.h>
 #include <string.h>
 
-const char *qw_map_name(qw_map map)
-{
-    static const char *const names[QW_MAP_COUNT] = {"color", "normal", "orm", "emission", "occlusion", "height"};
-    return (unsigned)map < QW_MAP_COUNT ? names[map] : NULL;
-}
-
 static bool is_word(const char *at, size_t size, const char *word)
 {
     return strlen(word) == size && memcmp(at, word, size) == 0;

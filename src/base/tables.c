@@ -1,4 +1,4 @@
-/* Names and texts of failures and stages, from their tables. */
+/* Names and texts of failures and stages, from their tables; of maps, and the version. */
 #include "quadwright/quadwright.h"
 
 typedef struct error_row {
@@ -30,4 +30,18 @@ const char *qw_stage_title(qw_stage stage)
 {
     if (stage == QW_STAGE_COUNT) return "texture coordinates and maps";
     return (unsigned)stage < QW_STAGE_COUNT ? stage_titles[stage] : "?";
+}
+
+const char *qw_map_name(qw_map map)
+{
+    static const char *const names[QW_MAP_COUNT] = {"color", "normal", "orm", "emission", "occlusion", "height"};
+    return (unsigned)map < QW_MAP_COUNT ? names[map] : NULL;
+}
+
+#define QW_STRING_(x) #x
+#define QW_STRING(x)  QW_STRING_(x)
+
+const char *qw_version(void)
+{
+    return QW_STRING(QW_VERSION_MAJOR) "." QW_STRING(QW_VERSION_MINOR) "." QW_STRING(QW_VERSION_PATCH);
 }
