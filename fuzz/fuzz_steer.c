@@ -143,8 +143,8 @@ static void choose_region(const mesh *m, recipe *r, uint8_t *inside)
     inside[draw(r, m->face_count)] = 1;
 }
 
-/* Polylines from corner to corner of faces, some of them off the surface. */
-static uint32_t choose_guides(const mesh *m, recipe *r, qw_guide *guide, double *points)
+/* Polylines from corner to corner of faces, some of them off the surface. inside: NULL, or faces where some begin. */
+static uint32_t choose_guides(const mesh *m, recipe *r, const uint8_t *inside, qw_guide *guide, double *points)
 {
     uint32_t count = 1 + r->guides % MOST_GUIDES;
     for (uint32_t g = 0; g < count; g++) {
@@ -152,6 +152,7 @@ static uint32_t choose_guides(const mesh *m, recipe *r, qw_guide *guide, double 
         bool closed = r->guides & 4 && draw(r, 2);
         uint32_t n = 3 + draw(r, 12), begin = draw(r, 3 * m->face_count),
                  step = draw(r, 2) ? 3 : 6 * (r->columns % 22u);
+        while (inside && r->guides & 32 && !inside[begin / 3]) begin = (begin + 3) % (3 * m->face_count);
         for (uint32_t i = 0; i < n; i++)
             for (uint32_t k = 0; k < 3; k++) {
                 uint32_t v = m->corner[(begin + (size_t)i * step) % (3 * m->face_count)];
@@ -300,12 +301,37 @@ static void steer(qw_context *context, const mesh *m, recipe *r, uint8_t *inside
         choose_region(m, r, inside);
         require(context, qw_set_region(context, inside, m->face_count));
     }
-    if (r->steers & 4) require(context, qw_set_guides(context, guide, choose_guides(m, r, guide, points)));
+    if (r->steers & 4)
+        require(context,
+                qw_set_guides(context, guide, choose_guides(m, r, r->steers & 1 ? inside : NULL, guide, points)));
     if (r->steers & 8) {
         for (uint32_t v = 0; v < m->vertex_count; v++)
             density[v] = (qw_density)(draw(r, 8) ? 1 + m->position[3 * v] * m->position[3 * v] : 50);
         require(context, qw_set_density(context, density, m->vertex_count));
     }
+}
+
+/* How many runs of each kind there were, for what is said at the end. */
+static struct {
+    long runs, refused, regions, rims_anew, rims_kept, guides, densities, planes;
+} tally;
+
+static void print_tally(void)
+{
+    printf("%ld runs, %ld refused: %ld regions (%ld with a rim cut anew), %ld with boundaries that stay, %ld with "
+           "guides, %ld with a density, %ld with symmetry\n",
+           tally.runs, tally.refused, tally.regions, tally.rims_anew, tally.rims_kept, tally.guides, tally.densities,
+           tally.planes);
+}
+
+static void count_run(const qw_options *o, uint8_t steers, qw_status status)
+{
+    if (tally.runs == 0) atexit(print_tally);
+    bool has_region = steers & 1;
+    tally.runs++, tally.refused += status != QW_OK;
+    tally.regions += has_region, tally.rims_anew += has_region && o->region_rim;
+    tally.rims_kept += o->fix_boundary, tally.guides += (steers & 4) != 0;
+    tally.densities += (steers & 8) != 0, tally.planes += o->symmetry != 0;
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
@@ -330,6 +356,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     require(context, qw_set_mesh(context, &view));
     steer(context, &m, &r, inside);
     qw_status status = qw_run(context, &options);
+    count_run(&options, r.steers, status);
     if (status == QW_OK) check(&m, &view, r.steers & 1 ? inside : NULL, context, &options);
     else if (qw_message(context)[0] == 0 || (status == QW_INTERNAL && options.repair && !is_plane_asked(&options)))
         fprintf(stderr, "%s: %s\n", qw_status_name(status), qw_message(context)), abort();

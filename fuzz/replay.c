@@ -1,7 +1,7 @@
 /* Stands in for libFuzzer where there is none, or where its watching costs more than it finds: hands each file of the
  * named files and folders to the target, once whole and once cut at each of a few places. With --random COUNT SEED LAST
- * before them it instead makes COUNT inputs of pieces of those files and of changed bytes, and leaves each in the file
- * LAST while it runs, so that one that crashes is found there. */
+ * before them it instead makes COUNT inputs of pieces of those files and of changed bytes (where none are named: of any
+ * bytes), and leaves each in the file LAST while it runs, so that one that crashes is found there. */
 #define _POSIX_C_SOURCE 200809L
 #include <dirent.h>
 #include <stdint.h>
@@ -49,7 +49,7 @@ static int replay(const char *path)
 
 /* ---- random inputs */
 
-enum { MOST_SEEDS = 1024, SEED_SIZE = 4096, MOST_CHANGES = 8 };
+enum { MOST_SEEDS = 1024, SEED_SIZE = 4096, MOST_CHANGES = 8, ANY_SIZE = 64 /* bytes of an input made of any */ };
 
 typedef struct seeds {
     size_t count;
@@ -106,12 +106,18 @@ static size_t mix(const seeds *s, uint64_t *state, uint8_t *to)
     return size;
 }
 
+static size_t make_any(uint64_t *state, uint8_t *to)
+{
+    for (size_t i = 0; i < ANY_SIZE; i++) to[i] = (uint8_t)scatter(state, 256);
+    return ANY_SIZE;
+}
+
 static int run_random(long count, uint64_t state, const char *last, const seeds *s)
 {
-    for (long i = 0; i < count && s->count > 0; i++) {
+    for (long i = 0; i < count; i++) {
         uint8_t *bytes = malloc(SEED_SIZE);
         if (!bytes) return 1;
-        size_t size = mix(s, &state, bytes);
+        size_t size = s->count > 0 ? mix(s, &state, bytes) : make_any(&state, bytes);
         FILE *file = fopen(last, "wb");
         if (!file) return 1;
         fwrite(bytes, 1, size, file);
@@ -119,13 +125,14 @@ static int run_random(long count, uint64_t state, const char *last, const seeds 
         LLVMFuzzerTestOneInput(bytes, size);
         free(bytes);
     }
+    printf("%ld inputs\n", count);
     return remove(last) != 0;
 }
 
 int main(int argc, char **argv)
 {
     int files = 0;
-    if (argc > 5 && !strcmp(argv[1], "--random")) {
+    if (argc > 4 && !strcmp(argv[1], "--random")) {
         static seeds s;
         for (int i = 5; i < argc; i++) gather(&s, argv[i]);
         return run_random(atol(argv[2]), (uint64_t)atol(argv[3]), argv[4], &s);

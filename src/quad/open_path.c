@@ -12,6 +12,7 @@ typedef struct search {
     qw_env *env;
     qw_quadmesh *m;
     uint8_t *odd, *used;    /* uint8_t[loops]: still to be changed; already on the way of the current one */
+    uint8_t *leads;         /* uint8_t[loops]: from here loops that are not used lead to an odd one, or it is one */
     uint32_t *loop;         /* uint32_t[vertex_count]: the boundary loop that a vertex is on, or QW_NONE */
     uint32_t *out;          /* as of qw_quadmesh_outgoing */
     uint32_t *from, *queue; /* uint32_t[vertex_count]: the half-edge by which a vertex was reached; to be visited */
@@ -37,7 +38,7 @@ typedef struct wish {
 static bool is_end(const search *s, uint32_t v, uint32_t from, const wish *w)
 {
     uint32_t l = s->loop[v];
-    return l != QW_NONE && l != from && (w->odd ? s->odd[l] : !s->used[l]);
+    return l != QW_NONE && l != from && (w->odd ? s->odd[l] : !s->used[l] && s->leads[l]);
 }
 
 /* The vertex at the other end of a shortest path of inner edges from loop `from`, or QW_NONE. */
@@ -141,8 +142,37 @@ static void draw_apart(search *s, uint32_t end)
 
 /* ---- all loops */
 
+/* Puts the vertices of a loop into the queue. */
+static void enter_loop(search *s, uint32_t l)
+{
+    s->leads[l] = 1;
+    for (uint32_t v = 0; v < s->m->vertex_count; v++)
+        if (s->loop[v] == l) s->from[v] = 0, s->queue[s->count++] = v;
+}
+
+/* Sets s->leads: a way that stops at a loop whose neighbours are all used would have to turn back. */
+static void find_leading(search *s, uint32_t from, uint32_t loops)
+{
+    const qw_quadmesh *m = s->m;
+    memset(s->leads, 0, loops);
+    memset(s->from, 0xff, m->vertex_count * sizeof *s->from);
+    s->count = 0;
+    for (uint32_t l = 0; l < loops; l++)
+        if (l != from && s->odd[l]) enter_loop(s, l);
+    for (uint32_t i = 0; i < s->count; i++) {
+        uint32_t start = s->out[s->queue[i]], h = start;
+        do {
+            uint32_t u = m->corner[qw_quad_next(h)], l = s->loop[u];
+            bool fresh = m->twin[h] != QW_NONE && s->from[u] == QW_NONE;
+            if (fresh && l == QW_NONE) s->from[u] = h, s->queue[s->count++] = u;
+            else if (fresh && !s->used[l]) enter_loop(s, l);
+            h = qw_quad_around(m, h);
+        } while (h != QW_NONE && h != start);
+    }
+}
+
 /* Adds a row from an odd loop to another. */
-static void add_one_row(search *s, uint32_t from)
+static void add_one_row(search *s, uint32_t from, uint32_t loops)
 {
     static const wish wishes[] = {{true, false}, {true, true}, {false, false}, {false, true}};
     const qw_quadmesh *m = s->m;
@@ -150,7 +180,10 @@ static void add_one_row(search *s, uint32_t from)
     s->from = QW_NEW(s->env, uint32_t, m->vertex_count), s->queue = QW_NEW(s->env, uint32_t, m->vertex_count);
     uint32_t end = QW_NONE;
     s->used[from] = 1;
-    for (size_t i = 0; i < sizeof wishes / sizeof *wishes && end == QW_NONE; i++) end = find_path(s, from, &wishes[i]);
+    for (size_t i = 0; i < sizeof wishes / sizeof *wishes && end == QW_NONE; i++) {
+        if (i == 2) find_leading(s, from, loops);
+        end = find_path(s, from, &wishes[i]);
+    }
     if (end == QW_NONE)
         qw_fail(s->env, QW_INTERNAL, -1, "a rim has an odd number of edges, and no other rim can be reached from it");
     uint32_t to = s->loop[end];
@@ -165,12 +198,12 @@ void qw_add_rows_between(qw_env *env, qw_quadmesh *quads, uint8_t *odd)
     search s = {.env = env, .m = quads, .odd = odd};
     uint32_t loops;
     s.loop = loops_of_vertices(env, quads, &loops);
-    s.used = QW_NEW_ZERO(env, uint8_t, loops);
+    s.used = QW_NEW_ZERO(env, uint8_t, loops), s.leads = QW_NEW(env, uint8_t, loops);
     for (uint32_t l = 0; l < loops; l++) {
         if (!odd[l]) continue;
         memset(s.used, 0, loops);
         for (uint32_t at = l; at != QW_NONE;) {
-            add_one_row(&s, at);
+            add_one_row(&s, at, loops);
             qw_free(env, s.loop);
             s.loop = loops_of_vertices(env, quads, &loops);
             uint32_t next = QW_NONE; /* the loop that became odd by this row */
@@ -179,5 +212,5 @@ void qw_add_rows_between(qw_env *env, qw_quadmesh *quads, uint8_t *odd)
             at = next;
         }
     }
-    qw_free(env, s.loop), qw_free(env, s.used);
+    qw_free(env, s.loop), qw_free(env, s.used), qw_free(env, s.leads);
 }

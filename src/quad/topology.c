@@ -158,7 +158,7 @@ static int32_t *class_euler(qw_env *env, const qw_offset_mesh *m, const uint32_t
 
 qw_sites qw_find_lost_topology(qw_env *env, const qw_offset_mesh *m, const qw_extraction *x)
 {
-    assert(x->class_of && x->quads.vertex_count <= m->vertex_count);
+    assert(x->class_of && x->vertex_class && x->quads.vertex_count <= 4 * x->quads.face_count);
     qw_sites l = {0, QW_NEW(env, qw_vec3, QW_MOST_SITES), QW_NEW(env, float, QW_MOST_SITES), 0};
     int32_t *euler = class_euler(env, m, x->class_of);
     uint32_t *fans = QW_NEW_ZERO(env, uint32_t, m->vertex_count);

@@ -43,7 +43,7 @@ static uint32_t join_all(qw_run_state *run, const qw_quadmesh *core)
     run->rim = NULL;
     run->report->rim_vertices = run->report->rim_faces = 0;
     join_core(run, core, &flat);
-    if (!qw_keeps_rims(run)) {
+    if (!qw_keeps_rims(run) || !run->sides_meet) { /* what is withheld, or made anew, may have other rims */
         if (!run->mirror.is_used) run->output = qw_output_positions(run, &run->whole.clean, &run->finished, &flat);
         return flat;
     }
