@@ -212,7 +212,8 @@ static void teeth_become_smooth(void **state)
         }
         mark(&m, 0.5f, 0.2f, 0.9f, 0.2f, 8), mark(&m, 0.9f, 0.2f, 0.9f, 0.6f, 8);
         const qw_vec3 *before = m.position;
-        uint32_t teeth = qw_smooth_teeth(env, &m, is_small ? 1.5 * (double)step : 0.5 * (double)step), moved = 0;
+        uint32_t teeth = qw_smooth_teeth(env, &m, is_small ? 1.5 * (double)step : 0.5 * (double)step, false, NULL),
+                 moved = 0;
         assert_int_equal(teeth, is_small ? 21 : 0);
         for (uint32_t v = 0; v < m.vertex_count; v++) {
             if (qw_distance(m.position[v], before[v]) == 0) continue;
@@ -225,6 +226,41 @@ static void teeth_become_smooth(void **state)
             assert_true(qw_dot(qw_face_cross(&m, f), qw_triangle_cross(before, m.corner + 3 * (size_t)f)) > 0);
         qw_env_destroy(env);
     }
+}
+
+/* A bent sheet whose rim goes down in steps of a cell, which are smaller than the quads: only its four corners are
+   irregular, where quads that followed the steps would be so at each. */
+static void rims_in_teeth_become_smooth(void **state)
+{
+    (void)state;
+    enum { N = 60 };
+    static double position[3 * (N + 1) * (N + 1)];
+    static uint32_t corner[6 * N * N];
+    qw_mesh_view view = {.size = sizeof view, .uniform_face_size = 3, .positions = position, .corners = corner};
+    for (uint32_t j = 0; j <= N; j++)
+        for (uint32_t i = 0; i <= N; i++) {
+            double *p = position + 3 * (size_t)view.vertex_count++;
+            p[0] = i / (double)N, p[1] = j / (double)N, p[2] = 0.3 * p[0] * p[1];
+        }
+    for (uint32_t j = 0; j < N; j++)
+        for (uint32_t i = 0; i < N && 5 * (2 * i + 3 * j) < 18 * N; i++) {
+            uint32_t a = j * (N + 1) + i, d = a + N + 1, *c = corner + 3 * (size_t)view.face_count;
+            c[0] = a, c[1] = a + 1, c[2] = d + 1, c[3] = a, c[4] = d + 1, c[5] = d;
+            view.face_count += 2;
+        }
+    qw_options o;
+    qw_options_init(&o);
+    o.faces = 700;
+    qw_result *result;
+    assert_int_equal(qw_remesh(&view, &o, NULL, &result), QW_OK);
+    qw_mesh_view quads = qw_result_mesh(result);
+    qw_topology topology;
+    qw_quality quality;
+    assert_int_equal(qw_measure(&quads, &view, NULL, &topology, &quality), QW_OK);
+    assert_true(topology.irregular_boundary <= 8); /* 56 where each step was followed */
+    assert_true(quality.angle_rms < 8);            /* 15.4 */
+    assert_true(quality.hausdorff < 0.75);
+    qw_result_destroy(result);
 }
 
 /* Two lines that cross, one of them beside a longer one for half of its length: arcs from node to node, each with one
@@ -272,7 +308,7 @@ QW_TEST_SUITE(curves)
         cmocka_unit_test(drops_beside_the_boundary),   cmocka_unit_test(leaves_acute_corners_alone),
         cmocka_unit_test(drops_short_pieces),          cmocka_unit_test(nothing_marked),
         cmocka_unit_test(corners_by_degree_and_angle), cmocka_unit_test(teeth_become_smooth),
-        cmocka_unit_test(arcs_have_one_verdict_each),
+        cmocka_unit_test(rims_in_teeth_become_smooth), cmocka_unit_test(arcs_have_one_verdict_each),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -106,19 +106,19 @@ static void smooth_vertex(teeth *t, uint32_t v)
     t->position[v] = to;
 }
 
-uint32_t qw_smooth_teeth(qw_env *env, qw_trimesh *mesh, double edge)
+uint32_t qw_smooth_teeth(qw_env *env, qw_trimesh *mesh, double edge, bool with_boundary, const uint8_t *held)
 {
     assert(mesh->twin && edge > 0);
     qw_scope_begin(env);
     teeth t = {.mesh = mesh, .edge = (float)edge};
     uint32_t n = mesh->vertex_count;
-    t.ends = qw_find_curve_ends(env, mesh, false), t.normal = qw_vertex_normals(env, mesh);
+    t.ends = qw_find_curve_ends(env, mesh, with_boundary), t.normal = qw_vertex_normals(env, mesh);
     t.outgoing = qw_trimesh_outgoing(env, mesh), t.role = QW_NEW_ZERO(env, uint8_t, n);
     uint32_t count = find_teeth(&t);
     if (count > 0) {
         t.position = memcpy(QW_NEW(env, qw_vec3, n), mesh->position, n * sizeof(qw_vec3));
         for (uint32_t v = 0; v < n; v++)
-            if (t.role[v] != STAYS && !is_soft(&t, v)) t.role[v] = STAYS;
+            if (t.role[v] != STAYS && ((held && held[v]) || !is_soft(&t, v))) t.role[v] = STAYS;
         for (int i = 0; i < SWEEPS; i++)
             for (uint32_t v = 0; v < n; v++)
                 if (t.role[v] != STAYS) smooth_vertex(&t, v);

@@ -154,12 +154,24 @@ static void mark_features(qw_run_state *run, double rho)
     r->sharp_angle = used * 180.0 / QW_PI;
 }
 
-/* Teeth of kept borders become smooth lines where they are no longer than the largest quads for which the surface is
-   used. What must be found again stays as it is. */
+/* uint8_t[vertices]: those that lie in the plane of the cut; NULL where there is none. */
+static uint8_t *find_cut(const qw_run_state *run, const qw_trimesh *mesh)
+{
+    if (!run->mirror.is_used) return NULL;
+    uint8_t *lies = QW_NEW(run->env, uint8_t, mesh->vertex_count);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) lies[v] = qw_is_in_cut(run, mesh->position[v]);
+    return lies;
+}
+
+/* Teeth of kept borders and of boundaries become smooth lines where they are no longer than the largest quads for which
+   the surface is used. What must be found again stays as it is. */
 static void smooth_teeth(qw_run_state *run, double rho)
 {
-    if (qw_keeps_rims(run) || !run->options.keep_marks) return;
-    uint32_t count = qw_smooth_teeth(run->env, &run->surface, sqrt(SURFACE_STEP) * rho);
+    bool with_boundary = run->options.align_boundary != 0;
+    if (qw_keeps_rims(run) || !(run->options.keep_marks || with_boundary)) return;
+    uint8_t *cut = find_cut(run, &run->surface);
+    uint32_t count = qw_smooth_teeth(run->env, &run->surface, sqrt(SURFACE_STEP) * rho, with_boundary, cut);
+    qw_free(run->env, cut);
     if (count > 0) qw_log(run->env, QW_LOG_DEBUG, "%u teeth of borders became smooth", count);
 }
 
@@ -255,22 +267,12 @@ static float *half_sizes(const qw_run_state *run, double share)
     return half;
 }
 
-/* uint8_t[working vertices]: those that lie in the plane of the cut; NULL where there is none. */
-static uint8_t *find_cut(const qw_run_state *run)
-{
-    uint32_t n = run->working.mesh.vertex_count;
-    if (!run->mirror.is_used) return NULL;
-    uint8_t *lies = QW_NEW(run->env, uint8_t, n);
-    for (uint32_t v = 0; v < n; v++) lies[v] = qw_is_in_cut(run, run->working.mesh.position[v]);
-    return lies;
-}
-
 void qw_set_holds(qw_run_state *run)
 {
     const qw_trimesh *mesh = &run->working.mesh;
     float *reach = half_sizes(run, qw_working_edges(run));
     for (uint32_t v = 0; v < mesh->vertex_count; v++) reach[v] *= 2 * CORNER_SPAN;
-    uint8_t *cut = find_cut(run);
+    uint8_t *cut = find_cut(run, mesh);
     bool aligns = run->options.align_boundary != 0 || cut; /* the cut is a boundary */
     qw_find_constraints(run->env, mesh, aligns, QW_CORNER_ANGLE, reach, cut, &run->constraint, &run->direction);
     qw_free(run->env, cut), qw_free(run->env, reach);
