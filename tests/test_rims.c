@@ -656,15 +656,63 @@ static void labels_name_regions(void **state)
     qw_mesh_destroy(mesh);
 }
 
+/* Sheets with vertices of their own on an edge that they share by place: two of them are sewn there, in a region as
+   without one, and all that lies around comes along; the third stays apart. With a rim that stays and cut anew. */
+static void sheets_that_share_an_edge_by_place(void **state)
+{
+    (void)state;
+    enum { N = 10, SHEETS = 3, VERTICES = (N + 1) * (N + 1) };
+    static double position[3 * SHEETS * VERTICES];
+    static uint32_t corner[6 * SHEETS * N * N];
+    static uint8_t inside[2 * SHEETS * N * N];
+    qw_mesh_view view = {.size = sizeof view, .uniform_face_size = 3, .positions = position, .corners = corner}, m;
+    for (uint32_t s = 0; s < SHEETS; s++)
+        for (uint32_t v = 0; v < VERTICES; v++) {
+            double u = v % (N + 1) / (double)N, *p = position + 3 * (size_t)view.vertex_count++;
+            p[0] = s == 0   ? u - 1
+                   : s == 1 ? u
+                            : 0,
+            p[1] = v / (N + 1) / (double)N, p[2] = s == 2 ? u : u * (1 - u) / 10;
+        }
+    for (uint32_t s = 0; s < SHEETS; s++)
+        for (uint32_t c = 0; c < N * N; c++) {
+            uint32_t a = s * VERTICES + c / N * (N + 1) + c % N, d = a + N + 1;
+            const uint32_t two[6] = {a, a + 1, d + 1, a, d + 1, d};
+            bool is_in = fabs(position[3 * a]) < 0.45 && position[3 * a + 2] < 0.45;
+            memcpy(corner + 3 * (size_t)view.face_count, two, sizeof two);
+            inside[view.face_count] = inside[view.face_count + 1] = is_in;
+            view.face_count += 2;
+        }
+    for (int32_t rim = 0; rim < 2; rim++) {
+        qw_context *context = context_with(&view);
+        qw_options options = options_for(60);
+        options.fix_boundary = 0, options.region_rim = rim;
+        assert_int_equal(qw_set_region(context, inside, view.face_count), QW_OK);
+        run(context, &options);
+        assert_int_equal(qw_get_mesh(context, &m), QW_OK);
+        qw_topology t = measured(&m, NULL);
+        assert_clean(&t);
+        assert_int_equal(t.components, 2), assert_int_equal(t.boundary_loops, 2), assert_int_equal(t.euler, 2);
+        qw_destroy(context);
+    }
+}
+
 QW_TEST_SUITE(rims)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_rim_stays_to_the_bit),      cmocka_unit_test(odd_rims_of_one_component_go_together),
-        cmocka_unit_test(an_odd_rim_keeps_a_triangle), cmocka_unit_test(without_a_rim_nothing_changes),
-        cmocka_unit_test(a_region_is_sewn_back),       cmocka_unit_test(a_region_is_joined_to_the_rest),
-        cmocka_unit_test(a_region_keeps_attributes),   cmocka_unit_test(a_dump_holds_a_region),
-        cmocka_unit_test(slots_keep_their_corners),    cmocka_unit_test(wrong_regions_are_refused),
-        cmocka_unit_test(labels_name_regions),         cmocka_unit_test(a_rim_is_cut_anew),
+        cmocka_unit_test(a_rim_stays_to_the_bit),
+        cmocka_unit_test(odd_rims_of_one_component_go_together),
+        cmocka_unit_test(an_odd_rim_keeps_a_triangle),
+        cmocka_unit_test(without_a_rim_nothing_changes),
+        cmocka_unit_test(a_region_is_sewn_back),
+        cmocka_unit_test(a_region_is_joined_to_the_rest),
+        cmocka_unit_test(a_region_keeps_attributes),
+        cmocka_unit_test(a_dump_holds_a_region),
+        cmocka_unit_test(slots_keep_their_corners),
+        cmocka_unit_test(wrong_regions_are_refused),
+        cmocka_unit_test(labels_name_regions),
+        cmocka_unit_test(a_rim_is_cut_anew),
+        cmocka_unit_test(sheets_that_share_an_edge_by_place),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
