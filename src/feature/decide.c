@@ -1,7 +1,10 @@
 /* Curve edges are looked at in pairs that an edge of the mesh connects, as the mesh is about as fine as curves may be
- * close. The weaker arc of a pair gives way, so that it is always the same of two curves. */
+ * close. The weaker arc of a pair gives way, so that it is always the same of two curves: each counts what else lies
+ * close beside it, as it would stand for that as well. So of the three edges of a rounded rim the middle one stays,
+ * where the two others, each sharper, would leave a row of quads between them that is too thin. */
 #include "feature/decide.h"
 
+#include "base/sort.h"
 #include "feature/graph.h"
 
 #include <assert.h>
@@ -19,6 +22,8 @@ typedef struct decision {
     const uint32_t *outgoing;
     qw_feature_graph graph; /* of what is kept so far */
     uint8_t *verdict;       /* uint8_t[3 face_count] */
+    uint64_t *pair;         /* lower half-edges of curve edges that are side by side; NULL: they are counted only */
+    size_t pair_count;
 } decision;
 
 static bool is_curve(const qw_trimesh *mesh, uint32_t h) { return qw_is_curve_edge(mesh, h, true); }
@@ -58,9 +63,8 @@ static void compare(decision *d, uint32_t a, uint32_t b, float least)
     /* side by side from one node on they are an acute corner: one of them gives way there, but only near the corner
        (integer/acute_corners.h) */
     if (ra == rb || qw_arcs_share_node(g, ra, rb) || !side_by_side(d->mesh, a, b, least)) return;
-    float sa = g->arc[ra].strength, sb = g->arc[rb].strength;
-    uint32_t weaker = sa < sb || (!(sb < sa) && ra > rb) ? a : b;
-    if (d->mesh->twin[weaker] != QW_NONE) give_way(d, weaker, QW_CURVE_MERGED);
+    if (d->pair) d->pair[d->pair_count] = qw_pair_key(qw_lower_half(d->mesh, a), qw_lower_half(d->mesh, b));
+    d->pair_count++;
 }
 
 /* All curve edges at one end of h against all at the other. */
@@ -82,6 +86,106 @@ static void compare_ends(decision *d, uint32_t h, float least)
         }
         i = qw_around(mesh, i);
     } while (i != QW_NONE && i != d->outgoing[u]);
+}
+
+static void compare_all(decision *d, const float *least)
+{
+    const qw_trimesh *mesh = d->mesh;
+    d->pair_count = 0;
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
+        uint32_t u = mesh->corner[h], v = mesh->corner[qw_next(h)];
+        if (d->graph.degree[u] && d->graph.degree[v] && qw_lower_half(mesh, h) == h)
+            compare_ends(d, h, CLOSE * fminf(least[u], least[v]));
+    }
+}
+
+/* Sorts, and leaves each once. */
+static size_t sort_once(uint64_t *key, size_t count)
+{
+    size_t kept = 0;
+    qw_sort_u64(key, count);
+    for (size_t i = 0; i < count; i++)
+        if (i == 0 || key[i] != key[i - 1]) key[kept++] = key[i];
+    return kept;
+}
+
+/* ---- which of two gives way */
+
+/* The arcs close beside each, but for boundaries, which give way to none. */
+typedef struct company {
+    size_t count;
+    uint64_t *arcs; /* uint64_t[count], ascending: the number of one in the upper half, of one beside it in the lower */
+    float *strength; /* float[count]: of the latter, times the share of the former's length that it lies beside */
+    float *sum;      /* float[arcs]: of all beside each */
+} company;
+
+/* Adds what lies beside one arc. beside: its edges by their places in graph.half in the upper half, each with an arc
+   beside it, once. */
+static void add_company(company *c, const decision *d, uint32_t arc, uint64_t *beside, size_t count)
+{
+    const qw_feature_graph *g = &d->graph;
+    for (size_t i = 0; i < count; i++) beside[i] = beside[i] << 32 | beside[i] >> 32;
+    qw_sort_u64(beside, count);
+    for (size_t i = 0; i < count; i++) {
+        uint32_t other = (uint32_t)(beside[i] >> 32);
+        uint64_t arcs = (uint64_t)arc << 32 | other;
+        if (i == 0 || c->arcs[c->count - 1] != arcs) c->arcs[c->count] = arcs, c->strength[c->count++] = 0;
+        float share = qw_length(along(d->mesh, g->half[beside[i] & 0xffffffffu])) / g->arc[arc].length;
+        c->strength[c->count - 1] += share * g->arc[other].strength;
+        c->sum[arc] += share * g->arc[other].strength;
+    }
+}
+
+static company find_company(qw_env *env, const decision *d)
+{
+    const qw_feature_graph *g = &d->graph;
+    size_t count = 0;
+    uint32_t *place = QW_NEW(env, uint32_t, 3 * (size_t)d->mesh->face_count);
+    uint64_t *beside = QW_NEW(env, uint64_t, 2 * d->pair_count);
+    for (uint32_t i = 0; i < g->arc_count; i++)
+        for (uint32_t k = g->arc[i].begin; k < g->arc[i].begin + g->arc[i].count; k++) place[g->half[k]] = k;
+    for (size_t i = 0; i < 2 * d->pair_count; i++) {
+        uint32_t h[2] = {(uint32_t)(d->pair[i / 2] >> 32), (uint32_t)d->pair[i / 2]}, other = g->arc_of[h[1 - i % 2]];
+        if (isfinite(g->arc[other].strength)) beside[count++] = (uint64_t)place[h[i % 2]] << 32 | other;
+    }
+    count = sort_once(beside, count);
+    company c = {0, QW_NEW(env, uint64_t, count), QW_NEW(env, float, count), QW_NEW_ZERO(env, float, g->arc_count)};
+    for (size_t i = 0, end; i < count; i = end) {
+        uint32_t arc = g->arc_of[g->half[beside[i] >> 32]];
+        for (end = i; end < count && g->arc_of[g->half[beside[end] >> 32]] == arc;) end++;
+        add_company(&c, d, arc, beside + i, end - i);
+    }
+    return c;
+}
+
+/* The strength of an arc with what lies beside it, but for the other. */
+static float strength_beside(const decision *d, const company *c, uint32_t arc, uint32_t other)
+{
+    uint64_t arcs = (uint64_t)arc << 32 | other;
+    size_t low = 0, high = c->count;
+    while (low < high) {
+        size_t middle = (low + high) / 2;
+        if (c->arcs[middle] < arcs) low = middle + 1;
+        else high = middle;
+    }
+    float own = low < c->count && c->arcs[low] == arcs ? c->strength[low] : 0;
+    bool is_alone = c->sum[arc] == own; /* without rounding */
+    return d->graph.arc[arc].strength + (is_alone ? 0 : c->sum[arc] - own);
+}
+
+/* Whether any edge gives way. */
+static bool let_weaker_go(qw_env *env, decision *d)
+{
+    company c = find_company(env, d);
+    bool any = false;
+    for (size_t i = 0; i < d->pair_count; i++) {
+        uint32_t a = (uint32_t)(d->pair[i] >> 32), b = (uint32_t)d->pair[i], ra = d->graph.arc_of[a],
+                 rb = d->graph.arc_of[b];
+        float sa = strength_beside(d, &c, ra, rb), sb = strength_beside(d, &c, rb, ra);
+        uint32_t weaker = sa < sb || (!(sb < sa) && ra > rb) ? a : b;
+        if (d->mesh->twin[weaker] != QW_NONE) give_way(d, weaker, QW_CURVE_MERGED), any = true;
+    }
+    return any;
 }
 
 /* ---- pieces */
@@ -116,13 +220,11 @@ uint8_t *qw_decide_curves(qw_env *env, const qw_trimesh *mesh, const float *leas
     qw_scope_begin(env);
     d.outgoing = qw_trimesh_outgoing(env, mesh);
     d.graph = qw_feature_graph_build(env, mesh, d.verdict, QW_VERDICT_BIT(QW_CURVE_KEPT));
-    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
-        uint32_t u = mesh->corner[h], v = mesh->corner[qw_next(h)];
-        if (d.graph.degree[u] && d.graph.degree[v] && qw_lower_half(mesh, h) == h)
-            compare_ends(&d, h, CLOSE * fminf(least[u], least[v]));
-    }
-    bool any = false;
-    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) any |= d.verdict[h] == QW_CURVE_MERGED;
+    compare_all(&d, least);
+    d.pair = QW_NEW(env, uint64_t, d.pair_count);
+    compare_all(&d, least);
+    d.pair_count = sort_once(d.pair, d.pair_count);
+    bool any = d.pair_count > 0 && let_weaker_go(env, &d);
     for (int round = 0; round < ROUNDS && any; round++) any = let_pieces_go(env, &d, least);
     qw_scope_end(env);
     return d.verdict;
