@@ -1,7 +1,7 @@
-/* The skin of a mesh, as --wrap makes it, and what a second implementation says of it: run by bench/paper, which builds it with
- *     cc -std=c17 -O2 -Iinclude -Isrc -Itests bench/check_skin.c build/libquadwright.a ...
- *     check_skin MESH DISTANCE [THREADS]        prints one line of JSON
- * DISTANCE: a share of the diagonal, or with a q behind it of the quads' edges and their number: 0.75q2000. */
+/* The skin of a mesh, as --wrap makes it, and what a second implementation says of it: run by bench/paper, which builds
+ * it with cc -std=c17 -O2 -Iinclude -Isrc -Itests bench/check_skin.c build/libquadwright.a ... check_skin MESH DISTANCE
+ * [THREADS]        prints one line of JSON DISTANCE: a share of the diagonal, or with a q behind it of the quads' edges
+ * and their number: 0.75q2000. */
 #define _POSIX_C_SOURCE 200809L /* clock_gettime */
 #include "quadwright/quadwright.h"
 
@@ -83,7 +83,8 @@ static void body(void *user)
     qw_wrapped w = qw_wrap(env, &in, distance);
     double bytes = (double)qw_env_peak(env), processor = (double)(clock() - begun) / CLOCKS_PER_SEC;
     clock_gettime(CLOCK_MONOTONIC, &to);
-    qw_trimesh m = {.vertex_count = w.skin.vertex_count, .face_count = w.skin.face_count, .corner = (uint32_t *)w.skin.corner};
+    qw_trimesh m = {
+        .vertex_count = w.skin.vertex_count, .face_count = w.skin.face_count, .corner = (uint32_t *)w.skin.corner};
     m.position = QW_NEW_ZERO(env, qw_vec3, m.vertex_count);
     int64_t odd = odd_edges(env, &w.skin), components = -1;
     if (odd == 0) {
@@ -92,12 +93,15 @@ static void body(void *user)
     }
     int64_t pairs = count_intersections(whole_positions(env, &w), w.skin.corner, w.skin.face_count);
     c->good = odd == 0 && components == w.clusters && pairs == 0;
-    printf("{\"skin\": %s, \"triangles\": %lld, \"skin_triangles\": %u, \"odd_edges\": %lld, \"components\": %lld, \"clusters\": %lld, "
-           "\"intersections\": %lld, \"distance\": %.6g, \"seen_off\": %.6g, \"farthest\": %.4g, \"hidden\": %.4f, \"processor\": %.3f, "
+    printf("{\"skin\": %s, \"triangles\": %lld, \"skin_triangles\": %u, \"odd_edges\": %lld, \"components\": %lld, "
+           "\"clusters\": %lld, "
+           "\"intersections\": %lld, \"distance\": %.6g, \"seen_off\": %.6g, \"farthest\": %.4g, \"hidden\": %.4f, "
+           "\"processor\": %.3f, "
            "\"wall\": %.3f, \"megabytes\": %.1f}\n",
-           c->good ? "true" : "false", (long long)w.triangles, w.skin.face_count, (long long)odd, (long long)components, (long long)w.clusters,
-           (long long)pairs, distance / diagonal, w.stats.seen_off * w.unit / diagonal, w.stats.skin_off * w.unit / distance, w.stats.hidden_area,
-           processor, (double)(to.tv_sec - from.tv_sec) + 1e-9 * (double)(to.tv_nsec - from.tv_nsec), bytes / (1 << 20));
+           c->good ? "true" : "false", (long long)w.triangles, w.skin.face_count, (long long)odd, (long long)components,
+           (long long)w.clusters, (long long)pairs, distance / diagonal, w.stats.seen_off * w.unit / diagonal,
+           w.stats.skin_off * w.unit / distance, w.stats.hidden_area, processor,
+           (double)(to.tv_sec - from.tv_sec) + 1e-9 * (double)(to.tv_nsec - from.tv_nsec), bytes / (1 << 20));
 }
 
 int main(int argc, char **argv)

@@ -60,7 +60,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     trial t = {.vertex_count = 0};
     if (size < HEADER + 12) return 0;
-    t.share = data[0] < 4 ? 0.08 : data[0] < 32 ? 0.2 : 0.3 + data[0] / 512.0; /* few cells across are quick */
+    /* few cells across are quick, and as good at meeting each other's planes, edges and corners */
+    t.share = data[0] < 4 ? 0.08 : data[0] < 32 ? 0.2 : data[0] < 128 ? 0.3 + data[0] / 512.0 : (data[0] - 64) / 64.0;
     double shift = data[1] < 128 ? 0 : data[1] / 4096.0, squeeze = data[2] < 200 ? 1 : (data[2] - 199) / 64.0;
     const uint8_t *at = data + HEADER, *end = data + size;
     for (; end - at >= 4 && t.vertex_count < MOST_VERTICES; at += 4) {

@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { SAMPLES = 20000 }; /* of the input, evenly by area */
+enum { SAMPLES = 20000 }; /* of the input, evenly by area, at most: one a cell where there are fewer cells */
 /* Fractional parts of the multiples of these fill a square evenly (Roberts 2018). */
 static const double ROW = 0.7548776662466927, COLUMN = 0.5698402909980532;
 
@@ -24,15 +24,16 @@ static double area_of(const qw_wrap_triangles *t, uint32_t i)
 /* Walks over samples of the triangles, one after another. */
 typedef struct sampling {
     const qw_wrap_triangles *triangles;
-    double step, reached, passed; /* areas */
-    uint32_t triangle, number;
+    double step, passed; /* areas */
+    uint32_t triangle, number, count;
 } sampling;
 
-static sampling begin_sampling(const qw_wrap_triangles *t)
+static sampling begin_sampling(const qw_wrap_lattice *l, const qw_wrap_triangles *t)
 {
     double area = 0;
     for (uint32_t i = 0; i < t->count; i++) area += area_of(t, i);
-    sampling s = {.triangles = t, .step = area / SAMPLES};
+    sampling s = {.triangles = t, .count = l->count < SAMPLES ? (uint32_t)l->count : SAMPLES};
+    s.step = area / s.count;
     s.passed = t->count ? area_of(t, 0) : 0;
     return s;
 }
@@ -40,7 +41,7 @@ static sampling begin_sampling(const qw_wrap_triangles *t)
 static bool next_sample(sampling *s, double p[3])
 {
     const qw_wrap_triangles *t = s->triangles;
-    if (s->number == SAMPLES || !(s->step > 0)) return false;
+    if (s->number == s->count || !(s->step > 0)) return false;
     double wanted = (s->number + 0.5) * s->step;
     while (s->passed < wanted && s->triangle + 1 < t->count) s->passed += area_of(t, ++s->triangle);
     s->number++;
@@ -56,7 +57,7 @@ static bool next_sample(sampling *s, double p[3])
 
 double qw_hidden_area(const qw_wrap_lattice *lattice, const qw_wrap_triangles *triangles)
 {
-    sampling s = begin_sampling(triangles);
+    sampling s = begin_sampling(lattice, triangles);
     int64_t hidden = 0, all = 0;
     for (double p[3]; next_sample(&s, p); all++) hidden += !qw_point_is_seen(lattice, p);
     return all ? (double)hidden / (double)all : 0;
@@ -80,7 +81,7 @@ static double mean_to_skin(qw_env *env, const qw_wrap_lattice *lattice, const qw
 {
     qw_trimesh mesh;
     qw_bvh *tree = tree_of_skin(env, skin, &mesh);
-    sampling s = begin_sampling(triangles);
+    sampling s = begin_sampling(lattice, triangles);
     double sum = 0;
     int64_t seen = 0;
     uint32_t hint = QW_NONE;
