@@ -467,6 +467,38 @@ static void test_sheets_keep_sides(void **unused)
     soup_free(&s);
 }
 
+/* How many pairs of triangles of the quads, each cut from its first corner, intersect. */
+static int64_t crossings(const qw_mesh_view *quads)
+{
+    int32_t *at = malloc(3 * (size_t)quads->vertex_count * sizeof *at);
+    uint32_t *corner = malloc(6 * (size_t)quads->face_count * sizeof *corner), n = 0;
+    static const uint32_t halves[6] = {0, 1, 2, 0, 2, 3};
+    for (size_t i = 0; i < 3 * (size_t)quads->vertex_count; i++) at[i] = (int32_t)lround(quads->positions[i] * 0x1p22);
+    for (uint32_t f = 0; f < quads->face_count; f++)
+        for (int i = 0; i < 6; i++) corner[n++] = quads->corners[4 * f + halves[i]];
+    int64_t count = count_intersections(at, corner, n / 3);
+    free(at), free(corner);
+    return count;
+}
+
+/* The two sides of a bent sheet do not cross, though their quads are not the same: a tube without ends (1,700 pairs
+ * each where each side is fitted for itself) and a ball that is open. */
+static void test_sides_do_not_cross(void **unused)
+{
+    (void)unused;
+    static const double here[3] = {0, 0, 0};
+    for (int kind = 0; kind < 2; kind++) {
+        soup s = {0};
+        if (kind == 0) soup_tube(&s, here, 0.1, 0.5, 0.3, 32);
+        else soup_ball(&s, 0.5, 48), s.face_count -= 14 * 48;
+        qw_result *result = wrapped_quads(&s, 500);
+        qw_mesh_view quads = qw_result_mesh(result);
+        assert_in_range(crossings(&quads), 0, 100);
+        qw_result_destroy(result);
+        soup_free(&s);
+    }
+}
+
 /* Which way the input's polygons face is no fault of the quads: a box of which half is inside out, and a sheet, whose
  * back has nothing that faces as it does. Quads that are inside out are. */
 static void test_inverted_parts(void **unused)
@@ -794,6 +826,7 @@ QW_TEST_SUITE(wrap)
         cmocka_unit_test(test_box_is_met),
         cmocka_unit_test(test_lining_does_not_attract),
         cmocka_unit_test(test_sheets_keep_sides),
+        cmocka_unit_test(test_sides_do_not_cross),
         cmocka_unit_test(test_inverted_parts),
         cmocka_unit_test(test_odd_points),
         cmocka_unit_test(test_scales),

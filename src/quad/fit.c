@@ -32,12 +32,13 @@ typedef struct link {
     float share[2]; /* by how much the middle rises where an end rises by 1 */
     float weight;   /* a third of the area of the triangles beside it */
     float away;
+    bool is_thin; /* the surface has a second side close behind, through which the quads may not reach */
 } link;
 
 typedef struct fitting {
     qw_quadmesh *quads;
     const qw_fit *fit;
-    const qw_vec3 *normal; /* qw_vec3[vertices]: the direction in which each may move; 0: it stays */
+    qw_vec3 *normal;       /* qw_vec3[vertices]: the direction in which each may move; 0: it stays */
     const qw_vec3 *facing; /* qw_vec3[vertices]: unit normals */
     link *links;
     uint32_t link_count;
@@ -99,7 +100,7 @@ static void measure_links(void *user, uint32_t block, uint32_t begin, uint32_t e
     for (uint32_t i = begin; i < end; i++) {
         link *l = &t->links[i];
         uint32_t a = l->end[0], b = l->end[1];
-        if (qw_length2(t->normal[a]) == 0 && qw_length2(t->normal[b]) == 0) continue;
+        if (!t->fit->meant.tree && qw_length2(t->normal[a]) == 0 && qw_length2(t->normal[b]) == 0) continue;
         qw_vec3 middle = qw_lerp(t->quads->position[a], t->quads->position[b], 0.5f),
                 up = qw_normalize(qw_add(t->facing[a], t->facing[b]));
         float reach = MOST * 0.5f * (t->edge[a] + t->edge[b]);
@@ -110,7 +111,8 @@ static void measure_links(void *user, uint32_t block, uint32_t begin, uint32_t e
             continue;
         }
         hint = hit.face;
-        l->away = qw_dot(qw_sub(qw_meant_place(&t->fit->meant, hit.point, up, &meant_hint), middle), up);
+        qw_vec3 place = qw_meant_place(&t->fit->meant, hit.point, up, &meant_hint, &l->is_thin);
+        l->away = qw_dot(qw_sub(place, middle), up);
         l->share[0] = 0.5f * qw_dot(t->normal[a], up), l->share[1] = 0.5f * qw_dot(t->normal[b], up);
     }
 }
@@ -139,6 +141,25 @@ static void solve(qw_env *env, fitting *t)
         qw_parallel(env, t->quads->vertex_count, GRAIN, jacobi_block, t);
         float *swap = t->rise;
         t->rise = t->next, t->next = swap;
+    }
+}
+
+/* The quads of each side of what is thin, as a sheet, stay on their side of it: on the outside of a bend their vertices
+ * rise until the middles of their edges are there too, on the inside they stay on the sheet. The mean of both would be
+ * the sheet, and the two sides would cross wherever their vertices are not the same. Vertices on curves do so too. */
+static void part_sides(fitting *t)
+{
+    for (uint32_t v = 0; v < t->quads->vertex_count; v++) {
+        float least = 0, most = MOST * t->edge[v];
+        bool is_thin = false;
+        for (uint32_t i = t->begin[v]; i < t->begin[v + 1]; i++) {
+            const link *l = &t->links[t->of[i]];
+            if (!l->is_thin || l->weight == 0) continue;
+            float turn = qw_dot(t->facing[l->end[0]], t->facing[l->end[1]]),
+                  share = sqrtf(fmaxf(0.5f + 0.5f * turn, 0.25f));
+            is_thin = true, least = fmaxf(least, l->away / share);
+        }
+        if (is_thin) t->rise[v] = fminf(least, most), t->normal[v] = t->facing[v];
     }
 }
 
@@ -244,6 +265,7 @@ void qw_fit_quads(qw_env *env, qw_quadmesh *quads, const qw_fit *fit)
     t.edge = mean_edges(env, &t), t.rise = QW_NEW_ZERO(env, float, n), t.next = QW_NEW_ZERO(env, float, n);
     qw_parallel(env, t.link_count, GRAIN, measure_links, &t);
     solve(env, &t);
+    part_sides(&t);
     for (uint32_t v = 0; v < n; v++)
         quads->position[v] = qw_madd(quads->position[v], fit->strength * t.rise[v], t.normal[v]);
     keep_corners(&t, before);

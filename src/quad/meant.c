@@ -11,14 +11,17 @@ enum { GRAIN = 256, MOST_AROUND = 16 };
 static const float INTO = 0.25f; /* of the way to the middle of a quad: where its plane is looked for */
 static const float OWN = 0.01f;  /* weight of a vertex' own place, over that of a plane */
 
-qw_vec3 qw_meant_place(const qw_meant *m, qw_vec3 place, qw_vec3 up, uint32_t *hint)
+qw_vec3 qw_meant_place(const qw_meant *m, qw_vec3 place, qw_vec3 up, uint32_t *hint, bool *is_thin)
 {
+    if (is_thin) *is_thin = false;
     if (!m->tree) return place;
     qw_hit hit = qw_bvh_nearest(m->tree, place, up, QW_SAME_SHEET, m->reach, *hint);
     if (hit.face == QW_NONE) return place;
     *hint = hit.face;
-    qw_hit other = qw_bvh_nearest(m->surface, hit.point, qw_scale(up, -1), QW_SAME_SHEET, 2 * m->off, QW_NONE);
-    return other.face == QW_NONE ? hit.point : qw_madd(hit.point, m->off, up);
+    qw_hit other = qw_bvh_nearest(m->surface, hit.point, qw_scale(up, -1), QW_SAME_SHEET, m->reach, QW_NONE);
+    if (other.face == QW_NONE) return hit.point;
+    if (is_thin) *is_thin = true;
+    return other.distance2 <= 4 * m->off * m->off ? qw_madd(hit.point, m->off, up) : hit.point;
 }
 
 /* Sums of the planes around a vertex: n n^T, without what lies below the diagonal, and n (n . way). */
@@ -83,7 +86,7 @@ static qw_vec3 meant_vertex(const putting *t, uint32_t v, uint32_t *hint)
         qw_hit hit = qw_bvh_nearest(m->tree, inside, up, QW_SAME_SHEET, m->reach, *hint);
         if (hit.face == QW_NONE || s.count == MOST_AROUND) return at;
         *hint = hit.face;
-        add_plane(&s, at, qw_meant_place(m, inside, up, hint), qw_bvh_normal(m->tree, hit.face));
+        add_plane(&s, at, qw_meant_place(m, inside, up, hint, NULL), qw_bvh_normal(m->tree, hit.face));
         h = qw_quad_around(q, h);
     } while (h != t->out[v]);
     qw_vec3 way = solve(&s);

@@ -14,8 +14,9 @@ typedef struct qw_meant {
 } qw_meant;
 
 /* The place that counts for one on the surface whose side is towards `up`; the surface's own where nothing is meant.
-   hint: of the tree, as of qw_bvh_nearest. Thread-safe. */
-qw_vec3 qw_meant_place(const qw_meant *m, qw_vec3 place, qw_vec3 up, uint32_t *hint);
+   hint: of the tree, as of qw_bvh_nearest. *is_thin, unless NULL: whether the surface has another side behind the
+   place, within `reach`. Thread-safe. */
+qw_vec3 qw_meant_place(const qw_meant *m, qw_vec3 place, qw_vec3 up, uint32_t *hint, bool *is_thin);
 
 /* Moves the vertices on curves and at corners, but those of boundaries, onto the edges and corners in which the planes
    of what is meant around them meet. quads: linked. */
