@@ -16,6 +16,6 @@ void qw_lift(const qw_skin *s, const qw_touch *touch, const double outward[3], d
 /* The same for a point of the input. */
 void qw_lift_from(const qw_skin *s, double at[3], const double outward[3]);
 /* Moves a vertex as far to a place as the guard allows, by halves; true: all the way. */
-bool qw_step_towards(qw_guard *g, uint32_t v, const double to[3]);
+bool qw_step_towards(qw_guard_room *room, uint32_t v, const double to[3]);
 
 #endif

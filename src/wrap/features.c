@@ -1,5 +1,6 @@
 #include "wrap/features.h"
 
+#include "wrap/blocks.h"
 #include "wrap/edits.h"
 
 #include <math.h>
@@ -164,6 +165,31 @@ static void ask_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
 
 /* ---- vertices */
 
+static uint32_t living_vertex(void *user, const qw_skin *s, uint32_t v)
+{
+    (void)user;
+    return s->out[v] == QW_NONE ? QW_NONE : v;
+}
+
+static void snap_vertex(void *user, qw_guard_room *room, uint32_t v, uint32_t *hint)
+{
+    const asking *a = user;
+    const qw_skin *s = room->guard->skin;
+    plane around[MOST_PLANES];
+    double p[3], normal[3], to[3];
+    int count = 0;
+    uint32_t h = s->out[v];
+    do {
+        if (count < MOST_PLANES) around[count++] = a->face[h / 3];
+        h = qw_skin_around(s, h);
+    } while (h != s->out[v]);
+    qw_skin_place(s, v, p);
+    if (!feature_near(around, count, p, s->frame.side, to)) return;
+    qw_skin_normal(s, v, normal);
+    *hint = QW_NONE;
+    if (lift_feature(s, a->target, normal, hint, to)) qw_step_towards(room, v, to);
+}
+
 void qw_snap_to_features(qw_env *env, qw_guard *g, const qw_wrap_target *target)
 {
     qw_skin *s = g->skin;
@@ -171,24 +197,7 @@ void qw_snap_to_features(qw_env *env, qw_guard *g, const qw_wrap_target *target)
     asking a = {.env = env, .skin = s, .target = target, .face = QW_NEW(env, plane, s->face_count)};
     qw_parallel(env, s->face_count, GRAIN, ask_faces, &a);
     qw_break_silence(env);
-    uint32_t hint = QW_NONE;
-    for (uint32_t v = 0; v < s->vertex_count; v++) {
-        plane around[MOST_PLANES];
-        double p[3], normal[3], to[3];
-        int count = 0;
-        uint32_t h = s->out[v];
-        if (v % LISTEN == 0) qw_break_silence(env);
-        if (h == QW_NONE) continue;
-        do {
-            if (count < MOST_PLANES) around[count++] = a.face[h / 3];
-            h = qw_skin_around(s, h);
-        } while (h != s->out[v]);
-        qw_skin_place(s, v, p);
-        if (!feature_near(around, count, p, s->frame.side, to)) continue;
-        qw_skin_normal(s, v, normal);
-        hint = QW_NONE;
-        if (lift_feature(s, target, normal, &hint, to)) qw_step_towards(g, v, to);
-    }
+    qw_in_blocks(env, g, s->vertex_count, &(qw_block_work){&a, living_vertex, snap_vertex});
     qw_scope_end(env);
 }
 
@@ -245,9 +254,9 @@ static bool split_place(const qw_skin *s, const qw_wrap_target *target, uint32_t
     return true;
 }
 
-static bool try_split(qw_guard *g, uint32_t h, const double to[3])
+static bool try_split(qw_guard_room *room, uint32_t h, const double to[3])
 {
-    qw_skin *s = g->skin;
+    qw_skin *s = room->guard->skin;
     uint32_t t = s->twin[h], a = qw_skin_tail(s, h), b = qw_skin_head(s, h), c = qw_skin_apex(s, h),
              d = qw_skin_apex(s, t), made[2];
     qw_guard_edit edit = {.old_count = 0};
@@ -255,10 +264,10 @@ static bool try_split(qw_guard *g, uint32_t h, const double to[3])
     uint32_t v = qw_skin_reserve(s, at); /* the place is looked at before there is a vertex */
     replace_in(&edit, h / 3), replace_in(&edit, t / 3);
     put(&edit, a, v, c), put(&edit, v, b, c), put(&edit, b, v, d), put(&edit, v, a, d);
-    if (!qw_guard_allows(g, &edit)) return false;
-    qw_guard_remove(g, h / 3), qw_guard_remove(g, t / 3);
+    if (!qw_guard_allows(room, &edit)) return false;
+    qw_guard_remove(room, h / 3), qw_guard_remove(room, t / 3);
     qw_skin_split(s, h, at, made);
-    qw_guard_add(g, h / 3), qw_guard_add(g, t / 3), qw_guard_add(g, made[0]), qw_guard_add(g, made[1]);
+    qw_guard_add(room, h / 3), qw_guard_add(room, t / 3), qw_guard_add(room, made[0]), qw_guard_add(room, made[1]);
     return true;
 }
 
@@ -267,11 +276,12 @@ void qw_split_at_features(qw_env *env, qw_guard *g, const qw_wrap_target *target
     qw_skin *s = g->skin;
     uint32_t hint = QW_NONE, count = 3 * s->face_count; /* not those that splits make */
     uint8_t *wanted = wanted_edges(env, s, target, cuts_off);
+    qw_guard_room room = qw_guard_everywhere(g); /* as splits make vertices and faces, which are numbered one by one */
     for (uint32_t h = 0; h < count; h++) {
         double to[3];
         if (h % LISTEN == 0) qw_break_silence(env);
         if (!wanted[h]) continue;
-        if (split_place(s, target, h, &hint, to)) try_split(g, h, to);
+        if (split_place(s, target, h, &hint, to)) try_split(&room, h, to);
     }
     qw_free(env, wanted);
 }
@@ -321,32 +331,41 @@ static bool wants_flip(const qw_skin *s, const qw_wrap_target *target, uint32_t 
     return is < was - GAIN * side || (gains && is <= was + GAIN / 4 * side);
 }
 
-static void try_flip(qw_guard *g, uint32_t h)
+static void try_flip(qw_guard_room *room, uint32_t h)
 {
-    qw_skin *s = g->skin;
+    qw_skin *s = room->guard->skin;
     uint32_t t = s->twin[h], a = qw_skin_tail(s, h), b = qw_skin_head(s, h), c = qw_skin_apex(s, h),
              d = qw_skin_apex(s, t);
     qw_guard_edit edit = {.old_count = 0};
+    if (!qw_room_holds(room, b) || !qw_room_holds(room, c) || !qw_room_holds(room, d)) return;
     if (c == d || qw_skin_find(s, c, d) != QW_NONE || qw_skin_valence(s, a) <= 3 || qw_skin_valence(s, b) <= 3) return;
     replace_in(&edit, h / 3), replace_in(&edit, t / 3);
     put(&edit, c, a, d), put(&edit, d, b, c);
-    if (!qw_guard_allows(g, &edit)) return;
-    qw_guard_remove(g, h / 3), qw_guard_remove(g, t / 3);
+    if (!qw_guard_allows(room, &edit)) return;
+    qw_guard_remove(room, h / 3), qw_guard_remove(room, t / 3);
     qw_skin_flip(s, h);
-    qw_guard_add(g, h / 3), qw_guard_add(g, t / 3);
+    qw_guard_add(room, h / 3), qw_guard_add(room, t / 3);
+}
+
+static uint32_t tail_of_wanted(void *user, const qw_skin *s, uint32_t h)
+{
+    const asking *a = user;
+    return a->wanted[h] ? qw_skin_tail(s, h) : QW_NONE;
+}
+
+/* Where it is wanted still, after the flips before it. */
+static void flip_edge(void *user, qw_guard_room *room, uint32_t h, uint32_t *hint)
+{
+    const asking *a = user;
+    if (wants_flip(room->guard->skin, a->target, h, hint)) try_flip(room, h);
 }
 
 void qw_flip_to_features(qw_env *env, qw_guard *g, const qw_wrap_target *target)
 {
-    qw_skin *s = g->skin;
-    uint32_t hint = QW_NONE;
-    uint8_t *wanted = wanted_edges(env, s, target, wants_flip);
-    for (uint32_t h = 0; h < 3 * s->face_count; h++) {
-        if (h % LISTEN == 0) qw_break_silence(env);
-        if (!wanted[h]) continue;
-        if (wants_flip(s, target, h, &hint)) try_flip(g, h); /* still, after the flips before it */
-    }
-    qw_free(env, wanted);
+    asking a = {.env = env, .skin = g->skin, .target = target};
+    a.wanted = wanted_edges(env, g->skin, target, wants_flip);
+    qw_in_blocks(env, g, 3 * g->skin->face_count, &(qw_block_work){&a, tail_of_wanted, flip_edge});
+    qw_free(env, a.wanted);
 }
 
 /* ---- collapses */
@@ -377,12 +396,24 @@ static bool wants_collapse(const qw_skin *s, const qw_wrap_target *target, uint3
     return true;
 }
 
-static void try_collapse(qw_guard *g, uint32_t h)
+/* Whether the room holds all vertices around the tail of h, whose own faces are looked at too. */
+static bool holds_around(qw_guard_room *room, uint32_t h)
 {
-    qw_skin *s = g->skin;
+    const qw_skin *s = room->guard->skin;
+    uint32_t i = h;
+    do {
+        if (!qw_room_holds(room, qw_skin_head(s, i))) return false;
+        i = qw_skin_around(s, i);
+    } while (i != h);
+    return true;
+}
+
+static void try_collapse(qw_guard_room *room, uint32_t h)
+{
+    qw_skin *s = room->guard->skin;
     uint32_t t = s->twin[h], b = qw_skin_head(s, h), i = h;
     qw_guard_edit edit = {.old_count = 0};
-    if (!qw_skin_can_collapse(s, h)) return;
+    if (!holds_around(room, h) || !qw_skin_can_collapse(s, h)) return;
     do {
         uint32_t c = qw_skin_head(s, i), d = qw_skin_apex(s, i);
         if (edit.old_count == QW_GUARD_MOST) return;
@@ -390,20 +421,28 @@ static void try_collapse(qw_guard *g, uint32_t h)
         if (c != b && d != b) put(&edit, b, c, d);
         i = qw_skin_around(s, i);
     } while (i != h);
-    if (!qw_guard_allows(g, &edit)) return;
-    for (uint32_t k = 0; k < edit.old_count; k++) qw_guard_remove(g, edit.old[k]);
+    if (!qw_guard_allows(room, &edit)) return;
+    for (uint32_t k = 0; k < edit.old_count; k++) qw_guard_remove(room, edit.old[k]);
     qw_skin_collapse(s, h);
     for (uint32_t k = 0; k < edit.old_count; k++)
-        if (edit.old[k] != h / 3 && edit.old[k] != t / 3) qw_guard_add(g, edit.old[k]);
+        if (edit.old[k] != h / 3 && edit.old[k] != t / 3) qw_guard_add(room, edit.old[k]);
+}
+
+static uint32_t tail_of_living(void *user, const qw_skin *s, uint32_t h)
+{
+    (void)user;
+    return qw_skin_dead(s, h / 3) ? QW_NONE : qw_skin_tail(s, h);
+}
+
+static void collapse_edge(void *user, qw_guard_room *room, uint32_t h, uint32_t *hint)
+{
+    const asking *a = user;
+    const qw_skin *s = room->guard->skin;
+    if (!qw_skin_dead(s, h / 3) && wants_collapse(s, a->target, h, hint)) try_collapse(room, h);
 }
 
 void qw_collapse_short(qw_env *env, qw_guard *g, const qw_wrap_target *target)
 {
-    qw_skin *s = g->skin;
-    uint32_t hint = QW_NONE;
-    for (uint32_t h = 0; h < 3 * s->face_count; h++) {
-        if (h % LISTEN == 0) qw_break_silence(env);
-        if (qw_skin_dead(s, h / 3)) continue;
-        if (wants_collapse(s, target, h, &hint)) try_collapse(g, h);
-    }
+    asking a = {.env = env, .skin = g->skin, .target = target};
+    qw_in_blocks(env, g, 3 * g->skin->face_count, &(qw_block_work){&a, tail_of_living, collapse_edge});
 }

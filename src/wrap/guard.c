@@ -56,35 +56,56 @@ static bool step(walk *w)
     return false;
 }
 
-void qw_guard_add(qw_guard *g, uint32_t face)
+static uint32_t entries_of(const qw_guard *g, const qw_guard_box *r)
 {
+    walk w = walk_over(g, r);
+    return (w.high[0] - w.low[0] + 1) * (w.high[1] - w.low[1] + 1) * (w.high[2] - w.low[2] + 1);
+}
+
+/* Asks for memory where none is free and the room is whole. */
+static uint32_t free_entry(qw_guard_room *room)
+{
+    qw_guard *g = room->guard;
+    uint32_t *spare = room->is_whole ? &g->spare : &room->spare, e = *spare;
+    if (e != QW_NONE) {
+        *spare = g->entry[e].next, room->left--;
+        return e;
+    }
+    assert(room->is_whole);
+    g->entry = qw_grow(g->env, g->entry, &g->capacity, g->used + 1, sizeof *g->entry);
+    return (uint32_t)g->used++;
+}
+
+static void give_back(qw_guard_room *room, uint32_t e)
+{
+    uint32_t *spare = room->is_whole ? &room->guard->spare : &room->spare;
+    room->guard->entry[e].next = *spare, *spare = e, room->left++;
+}
+
+void qw_guard_add(qw_guard_room *room, uint32_t face)
+{
+    qw_guard *g = room->guard;
     qw_guard_box r = range_of(g->skin, g->skin->corner + 3 * (size_t)face);
-    g->box = qw_grow(g->env, g->box, &g->box_capacity, (size_t)face + 1, sizeof *g->box);
+    if (room->is_whole) g->box = qw_grow(g->env, g->box, &g->box_capacity, (size_t)face + 1, sizeof *g->box);
     g->box[face] = r;
     walk w = walk_over(g, &r);
     do {
-        uint32_t e = g->spare;
-        if (e != QW_NONE) {
-            g->spare = g->entry[e].next;
-        } else {
-            g->entry = qw_grow(g->env, g->entry, &g->capacity, g->used + 1, sizeof *g->entry);
-            e = (uint32_t)g->used++;
-        }
-        uint32_t *first = &g->first[cell_of(g, &w)];
+        uint32_t e = free_entry(room), *first = &g->first[cell_of(g, &w)];
         g->entry[e] = (qw_guard_entry){face, *first};
         *first = e;
     } while (step(&w));
 }
 
-void qw_guard_remove(qw_guard *g, uint32_t face)
+void qw_guard_remove(qw_guard_room *room, uint32_t face)
 {
+    qw_guard *g = room->guard;
     walk w = walk_over(g, &g->box[face]);
     do {
         uint32_t *link = &g->first[cell_of(g, &w)];
         while (g->entry[*link].face != face) link = &g->entry[*link].next;
         uint32_t e = *link;
         *link = g->entry[e].next;
-        g->entry[e].next = g->spare, g->spare = e;
+        give_back(room, e);
     } while (step(&w));
 }
 
@@ -95,9 +116,66 @@ qw_guard qw_guard_begin(qw_env *env, qw_skin *skin)
     for (int k = 0; k < 3; k++) g.cells[k] = skin->frame.cells[k] + 1, count *= g.cells[k];
     g.first = QW_NEW(env, uint32_t, count);
     memset(g.first, 0xff, count * sizeof *g.first);
+    qw_guard_room room = qw_guard_everywhere(&g);
     for (uint32_t f = 0; f < skin->face_count; f++)
-        if (!qw_skin_dead(skin, f)) qw_guard_add(&g, f);
+        if (!qw_skin_dead(skin, f)) qw_guard_add(&room, f);
     return g;
+}
+
+/* ---- rooms */
+
+qw_guard_room qw_guard_everywhere(qw_guard *g)
+{
+    qw_guard_room room = {.guard = g, .is_whole = true, .spare = QW_NONE};
+    for (int k = 0; k < 3; k++) room.box.high[k] = INT32_MAX;
+    return room;
+}
+
+qw_guard_room qw_guard_enter(qw_guard *g, const qw_guard_box *box, uint32_t entries)
+{
+    qw_guard_room whole = qw_guard_everywhere(g), room = {.guard = g, .box = *box, .spare = QW_NONE};
+    for (uint32_t i = 0; i < entries; i++) give_back(&room, free_entry(&whole));
+    return room;
+}
+
+void qw_guard_leave(qw_guard_room *room)
+{
+    qw_guard_room whole = qw_guard_everywhere(room->guard);
+    while (room->spare != QW_NONE) give_back(&whole, free_entry(room));
+}
+
+static bool is_within(const qw_guard_box *inner, const qw_guard_box *outer)
+{
+    for (int k = 0; k < 3; k++)
+        if (inner->low[k] < outer->low[k] || inner->high[k] > outer->high[k]) return false;
+    return true;
+}
+
+bool qw_room_holds(qw_guard_room *room, uint32_t v)
+{
+    const int32_t *at = room->guard->skin->position[v].at;
+    qw_guard_box here = {{at[0], at[1], at[2]}, {at[0], at[1], at[2]}};
+    bool holds = room->is_whole || is_within(&here, &room->box);
+    room->reaches_out |= !holds;
+    return holds;
+}
+
+/* Whether all that the edit touches lies in the room, which has the entries that it takes. */
+static bool has_space(qw_guard_room *room, const qw_guard_edit *edit)
+{
+    const qw_guard *g = room->guard;
+    int64_t left = room->left;
+    if (room->is_whole) return true;
+    for (uint32_t i = 0; i < edit->old_count; i++) {
+        if (!is_within(&g->box[edit->old[i]], &room->box)) return false;
+        left += entries_of(g, &g->box[edit->old[i]]);
+    }
+    for (uint32_t i = 0; i < edit->now_count; i++) {
+        qw_guard_box r = range_of(g->skin, edit->now[i]);
+        if (!is_within(&r, &room->box)) return false;
+        left -= entries_of(g, &r);
+    }
+    return left >= 0;
 }
 
 /* ---- pairs */
@@ -133,53 +211,59 @@ static bool has_area(const qw_skin *s, const uint32_t c[3])
     return n[0] != 0 || n[1] != 0 || n[2] != 0;
 }
 
-static void begin_round(qw_guard *g)
+static bool is_among(const uint32_t *faces, uint32_t count, uint32_t f)
 {
-    size_t before = g->seen_count;
-    if (before < g->skin->face_count) {
-        g->seen = qw_grow(g->env, g->seen, &g->seen_count, g->skin->face_count, sizeof *g->seen);
-        memset(g->seen + before, 0, (g->seen_count - before) * sizeof *g->seen);
-    }
-    if (++g->round == 0) memset(g->seen, 0, g->seen_count * sizeof *g->seen), g->round = 1;
+    for (uint32_t i = 0; i < count; i++)
+        if (faces[i] == f) return true;
+    return false;
 }
 
-/* Whether the triangle meets one of the skin that has not been looked at in this round. */
-static bool meets_others(qw_guard *g, const uint32_t now[3], const qw_guard_box *r)
+/* Of the cells that two boxes share, the one with the lowest numbers: each pair is looked at once. */
+static bool is_first_shared(const qw_guard *g, const walk *w, const qw_guard_box *other)
 {
-    walk w = walk_over(g, r);
+    for (int k = 0; k < 3; k++) {
+        uint32_t low = (uint32_t)(other->low[k] / g->side);
+        if (w->at[k] != (low > w->low[k] ? low : w->low[k])) return false;
+    }
+    return true;
+}
+
+/* Whether the new triangle meets one of the skin that stays. */
+static bool meets_others(const qw_guard *g, const qw_guard_edit *edit, const uint32_t now[3])
+{
+    qw_guard_box r = range_of(g->skin, now);
+    walk w = walk_over(g, &r);
     do {
         for (uint32_t e = g->first[cell_of(g, &w)]; e != QW_NONE; e = g->entry[e].next) {
             uint32_t f = g->entry[e].face;
-            if (!overlap(r, &g->box[f]) || g->seen[f] == g->round) continue;
+            const qw_guard_box *box = &g->box[f];
+            if (!overlap(&r, box) || !is_first_shared(g, &w, box) || is_among(edit->old, edit->old_count, f)) continue;
             if (collide(g->skin, now, g->skin->corner + 3 * (size_t)f)) return true;
         }
     } while (step(&w));
     return false;
 }
 
-bool qw_guard_allows(qw_guard *g, const qw_guard_edit *edit)
+bool qw_guard_allows(qw_guard_room *room, const qw_guard_edit *edit)
 {
-    const qw_skin *s = g->skin;
-    g->asked++;
-    g->refused++;
+    const qw_skin *s = room->guard->skin;
+    if (!has_space(room, edit)) {
+        room->reaches_out = true;
+        return false;
+    }
     for (uint32_t i = 0; i < edit->now_count; i++)
         if (!has_area(s, edit->now[i])) return false;
     for (uint32_t i = 0; i < edit->now_count; i++)
         for (uint32_t j = 0; j < i; j++)
             if (collide(s, edit->now[i], edit->now[j])) return false;
-    begin_round(g);
-    for (uint32_t i = 0; i < edit->old_count; i++) g->seen[edit->old[i]] = g->round;
-    for (uint32_t i = 0; i < edit->now_count; i++) {
-        qw_guard_box r = range_of(s, edit->now[i]);
-        if (meets_others(g, edit->now[i], &r)) return false;
-    }
-    g->refused--;
+    for (uint32_t i = 0; i < edit->now_count; i++)
+        if (meets_others(room->guard, edit, edit->now[i])) return false;
     return true;
 }
 
-bool qw_guard_move(qw_guard *g, uint32_t v, qw_wrap_lattice_point to)
+bool qw_guard_move(qw_guard_room *room, uint32_t v, qw_wrap_lattice_point to)
 {
-    qw_skin *s = g->skin;
+    qw_skin *s = room->guard->skin;
     qw_guard_edit edit = {.old_count = 0};
     qw_wrap_lattice_point from = s->position[v];
     uint32_t h = s->out[v];
@@ -192,14 +276,14 @@ bool qw_guard_move(qw_guard *g, uint32_t v, qw_wrap_lattice_point to)
         h = qw_skin_around(s, h);
     } while (h != s->out[v]);
     s->position[v] = to;
-    bool allowed = qw_guard_allows(g, &edit);
+    bool allowed = qw_guard_allows(room, &edit);
     if (!allowed) {
         s->position[v] = from;
         return false;
     }
     s->position[v] = from;
-    for (uint32_t i = 0; i < edit.old_count; i++) qw_guard_remove(g, edit.old[i]);
+    for (uint32_t i = 0; i < edit.old_count; i++) qw_guard_remove(room, edit.old[i]);
     s->position[v] = to;
-    for (uint32_t i = 0; i < edit.old_count; i++) qw_guard_add(g, edit.old[i]);
+    for (uint32_t i = 0; i < edit.old_count; i++) qw_guard_add(room, edit.old[i]);
     return true;
 }

@@ -25,11 +25,18 @@ typedef struct qw_guard {
     size_t capacity, used;
     qw_guard_box *box; /* qw_guard_box[box_capacity]: of each face that was added */
     size_t box_capacity;
-    uint32_t spare;        /* entries that are free: a list */
-    uint32_t *seen, round; /* uint32_t[seen_count]: of each face the round that looked at it last */
-    size_t seen_count;
-    int64_t asked, refused;
+    uint32_t spare; /* entries that are free: a list */
 } qw_guard;
+
+/* Where edits are made for a while. Rooms that share no cell may be used by several threads at once: no edit is made,
+ * and nothing is looked at, that reaches out of its room, so what one does is the same whatever the others do. */
+typedef struct qw_guard_room {
+    qw_guard *guard;
+    qw_guard_box box;
+    bool is_whole;        /* the only room: it may ask for memory */
+    bool reaches_out;     /* set where an edit was not made because the room is too small for it */
+    uint32_t spare, left; /* its own free entries, a list and how many; unless it is whole */
+} qw_guard_room;
 
 /* New triangles in the place of some of the skin's. */
 typedef struct qw_guard_edit {
@@ -39,15 +46,23 @@ typedef struct qw_guard_edit {
 
 qw_guard qw_guard_begin(qw_env *env, qw_skin *skin);
 
+/* A room of all cells, and one of a box of units with so many free entries, which qw_guard_leave gives back. */
+qw_guard_room qw_guard_everywhere(qw_guard *g);
+qw_guard_room qw_guard_enter(qw_guard *g, const qw_guard_box *box, uint32_t entries);
+void qw_guard_leave(qw_guard_room *room);
+
+/* Whether a vertex lies in the room: no other one changes its faces then. */
+bool qw_room_holds(qw_guard_room *room, uint32_t v);
+
 /* Whether the skin would not intersect itself with the new triangles instead of the old, at the positions that it has
- * now. Each new one must have an area. */
-bool qw_guard_allows(qw_guard *g, const qw_guard_edit *edit);
+ * now, and the room has space for them. Each new one must have an area. */
+bool qw_guard_allows(qw_guard_room *room, const qw_guard_edit *edit);
 
 /* Whether a vertex may be there; moves it, and the guard's faces with it, where it may. */
-bool qw_guard_move(qw_guard *g, uint32_t v, qw_wrap_lattice_point to);
+bool qw_guard_move(qw_guard_room *room, uint32_t v, qw_wrap_lattice_point to);
 
 /* The faces lie where they are now: called before and after an edit with those that change. */
-void qw_guard_remove(qw_guard *g, uint32_t face);
-void qw_guard_add(qw_guard *g, uint32_t face);
+void qw_guard_remove(qw_guard_room *room, uint32_t face);
+void qw_guard_add(qw_guard_room *room, uint32_t face);
 
 #endif

@@ -1,6 +1,7 @@
 #include "wrap/shrink.h"
 
 #include "math/elementary.h"
+#include "wrap/blocks.h"
 #include "wrap/edits.h"
 #include "wrap/features.h"
 
@@ -9,8 +10,7 @@
 enum {
     MOVE_ROUNDS = 4, /* of all vertices, before any edge is edited */
     EDIT_ROUNDS = 2, /* of splits, flips, collapses and moves */
-    HALVINGS = 3,    /* of a step that the guard refuses */
-    LISTEN = 256     /* vertices or edges between two words to the host */
+    HALVINGS = 3     /* of a step that the guard refuses */
 };
 /* A vertex moves straight to the nearest point where that lies along its normal; of a step that goes more sideways than
    this (cosine) only the part along the normal is made, as it leads to the rim of a gap that the skin bridges. */
@@ -66,14 +66,15 @@ void qw_lift_from(const qw_skin *s, double at[3], const double outward[3])
     for (int k = 0; k < 3; k++) at[k] += QW_WRAP_OFF * s->frame.side * outward[k];
 }
 
-bool qw_step_towards(qw_guard *g, uint32_t v, const double to[3])
+bool qw_step_towards(qw_guard_room *room, uint32_t v, const double to[3])
 {
+    const qw_skin *s = room->guard->skin;
     double from[3], step = 1;
-    qw_skin_place(g->skin, v, from);
-    for (int i = 0; i <= HALVINGS; i++, step /= 2) {
+    qw_skin_place(s, v, from);
+    for (int i = 0; i <= HALVINGS && !room->reaches_out; i++, step /= 2) {
         double p[3];
         for (int k = 0; k < 3; k++) p[k] = from[k] + step * (to[k] - from[k]);
-        if (qw_guard_move(g, v, qw_rounded(g->skin, p))) return i == 0;
+        if (qw_guard_move(room, v, qw_rounded(s, p))) return i == 0;
     }
     return false;
 }
@@ -104,32 +105,43 @@ static void wanted_place(const qw_skin *s, const qw_wrap_target *target, const d
     for (int k = 0; k < 3; k++) to[k] = straight ? lifted[k] : p[k] + along * normal[k];
 }
 
-/* Moves every vertex: first along to the middle of its neighbours, as long as that is not straight to the input. */
-static void move_all(qw_env *env, qw_guard *g, const qw_wrap_target *target, uint32_t *hint, bool relaxes)
+typedef struct moving {
+    const qw_wrap_target *target;
+    uint32_t *hint; /* uint32_t[vertices] */
+    bool relaxes;
+} moving;
+
+static uint32_t moved_vertex(void *user, const qw_skin *s, uint32_t v)
 {
-    qw_skin *s = g->skin;
-    for (uint32_t v = 0; v < s->vertex_count; v++) {
-        double p[3], normal[3], middle[3], to[3];
-        if (v % LISTEN == 0) qw_break_silence(env);
-        if (s->out[v] == QW_NONE) continue;
-        qw_skin_place(s, v, p), qw_skin_normal(s, v, normal);
-        if (relaxes) {
-            middle_of_neighbours(s, v, middle);
-            for (int k = 0; k < 3; k++) middle[k] = RELAXED * (middle[k] - p[k]);
-            double along = qw_dot_doubles(middle, normal);
-            for (int k = 0; k < 3; k++) p[k] += middle[k] - along * normal[k];
-        }
-        wanted_place(s, target, p, normal, &hint[v], to);
-        qw_step_towards(g, v, to);
+    (void)user;
+    return s->out[v] == QW_NONE ? QW_NONE : v;
+}
+
+/* First along to the middle of its neighbours, as long as that is not straight to the input. */
+static void move_vertex(void *user, qw_guard_room *room, uint32_t v, uint32_t *unused)
+{
+    const moving *m = user;
+    const qw_skin *s = room->guard->skin;
+    double p[3], normal[3], middle[3], to[3];
+    (void)unused;
+    qw_skin_place(s, v, p), qw_skin_normal(s, v, normal);
+    if (m->relaxes) {
+        middle_of_neighbours(s, v, middle);
+        for (int k = 0; k < 3; k++) middle[k] = RELAXED * (middle[k] - p[k]);
+        double along = qw_dot_doubles(middle, normal);
+        for (int k = 0; k < 3; k++) p[k] += middle[k] - along * normal[k];
     }
+    wanted_place(s, m->target, p, normal, &m->hint[v], to);
+    qw_step_towards(room, v, to);
 }
 
 void qw_shrink(qw_env *env, qw_skin *skin, const qw_wrap_target *target)
 {
     qw_guard g = qw_guard_begin(env, skin);
-    uint32_t *hint = QW_NEW(env, uint32_t, skin->vertex_count);
-    for (uint32_t v = 0; v < skin->vertex_count; v++) hint[v] = QW_NONE;
-    for (int i = 0; i < MOVE_ROUNDS; i++) move_all(env, &g, target, hint, i > 0);
+    moving m = {target, QW_NEW(env, uint32_t, skin->vertex_count), false};
+    const qw_block_work moves = {&m, moved_vertex, move_vertex};
+    for (uint32_t v = 0; v < skin->vertex_count; v++) m.hint[v] = QW_NONE;
+    for (int i = 0; i < MOVE_ROUNDS; i++) m.relaxes = i > 0, qw_in_blocks(env, &g, skin->vertex_count, &moves);
     for (int i = 0; i < EDIT_ROUNDS; i++) {
         qw_snap_to_features(env, &g, target);
         qw_flip_to_features(env, &g, target);
@@ -137,5 +149,4 @@ void qw_shrink(qw_env *env, qw_skin *skin, const qw_wrap_target *target)
         qw_flip_to_features(env, &g, target);
         qw_collapse_short(env, &g, target);
     }
-    qw_log(env, QW_LOG_DEBUG, "wrap: %lld steps asked, %lld refused", (long long)g.asked, (long long)g.refused);
 }
