@@ -10,6 +10,7 @@
 #include <malloc.h>
 #endif
 #include <errno.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -53,6 +54,23 @@ int qw_take_limit(const qw_host *host, qw_mesh **mesh)
     return code;
 }
 
+/* The width of gaps through which a surface is seen: a share of the diagonal of its faces' box, as of qw_mesh_visible.
+ */
+static double gap_of(const qw_mesh_view *m)
+{
+    const double share = 1.0 / 200;
+    double low[3] = {0, 0, 0}, high[3] = {0, 0, 0}, sum = 0;
+    size_t corners = 0;
+    for (uint32_t f = 0; f < m->face_count; f++) corners += m->face_sizes ? m->face_sizes[f] : m->uniform_face_size;
+    for (size_t c = 0; c < corners; c++)
+        for (size_t k = 0; k < 3; k++) {
+            double at = m->positions[3 * (size_t)m->corners[c] + k];
+            low[k] = c && low[k] < at ? low[k] : at, high[k] = c && high[k] > at ? high[k] : at;
+        }
+    for (int k = 0; k < 3; k++) sum += (high[k] - low[k]) * (high[k] - low[k]);
+    return share * sqrt(sum);
+}
+
 int qw_command_measure(const qw_arguments *a)
 {
     const qw_host host = {.log = qw_say_warnings}, loading = {.log = a->quiet ? NULL : qw_say_warnings};
@@ -62,16 +80,13 @@ int qw_command_measure(const qw_arguments *a)
     if (code == 0 && a->against) code = qw_load_or_complain(a->against, &loading, &against);
     if (code == 0 && a->visible && !against)
         code = qw_complain(QW_ARGUMENT, "--visible needs the surface to measure against: --against FILE");
-    if (code == 0 && a->visible) {
-        qw_status status = qw_mesh_visible(against, 0);
-        if (status != QW_OK) code = qw_complain(status, qw_mesh_message(against));
-    }
     if (code == 0) {
         qw_mesh_view view = qw_mesh_get(mesh), surface = qw_mesh_get(against);
         qw_topology topology;
         qw_quality quality;
+        double gap = a->visible ? gap_of(&surface) : 0;
         /* the sentence comes through the log */
-        qw_status status = qw_measure(&view, against ? &surface : NULL, &host, &topology, &quality);
+        qw_status status = qw_measure_seen(&view, against ? &surface : NULL, gap, &host, &topology, &quality);
         code = status == QW_OK ? print_measures(a, &topology, &quality) : qw_status_exit_code(status);
     }
     qw_mesh_destroy(against);

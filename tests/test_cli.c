@@ -84,7 +84,8 @@ static int set_up(void **state)
     if (!mkdtemp(own_folder) || chdir(own_folder) != 0) return -1;
     return shell("../quadwright-shapes bracket 3000 in.obj"
                  " && printf 'v 0 0 0\\nf 1 2 3\\n' > range.obj && : > empty.obj"
-                 " && printf 'v 0 0 0\\nv 1 0 0\\nv 2 0 0\\nf 1 2 3\\n' > flat.obj");
+                 " && printf 'v 0 0 0\\nv 1 0 0\\nv 2 0 0\\nf 1 2 3\\n' > flat.obj"
+                 " && printf 'v 0 0 0\\nv 1 0 0\\nv 1 1 0\\nv 0 1 0\\nf 1 2 3 4\\n' > sheet.obj");
 }
 
 static int tear_down(void **state)
@@ -203,6 +204,18 @@ static double figure(const outcome *o, const char *name)
     const char *at = strstr(o->out, line);
     assert_non_null(at);
     return strtod(at + strlen(line), NULL);
+}
+
+/* Of the back of a sheet nothing faces as it does: where it is seen too, its quads are not flipped. */
+static void measure_visible(void **state)
+{
+    (void)state;
+    assert_int_equal(tool("sheet.obj -o sheet_quads.obj --wrap --faces 100 -q")->code, 0);
+    outcome *o = tool("measure sheet_quads.obj --against sheet.obj --visible");
+    assert_int_equal(o->code, 0);
+    assert_true(figure(o, "flipped_faces") == 0 && figure(o, "chamfer") < 0.02);
+    assert_true(figure(tool("measure sheet_quads.obj --against sheet.obj"), "flipped_faces") > 20);
+    refused("measure in.obj --visible", QW_ARGUMENT, "--against");
 }
 
 static void main_job(void **state)
@@ -570,6 +583,7 @@ QW_TEST_SUITE(cli)
         cmocka_unit_test(no_number),
         cmocka_unit_test(bad_files),
         cmocka_unit_test(main_job),
+        cmocka_unit_test(measure_visible),
         cmocka_unit_test(manual_and_table),
         cmocka_unit_test(help_in_parts),
         cmocka_unit_test(advice),

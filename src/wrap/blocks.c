@@ -4,8 +4,7 @@
 #include <string.h>
 
 enum {
-    BLOCK = 8, /* cells along a side; a triangle of the skin is seldom longer than two */
-    KINDS = 8,
+    BLOCK = 8,   /* cells along a side; a triangle of the skin is seldom longer than two */
     LISTEN = 256 /* items between two words to the host */
 };
 
@@ -105,10 +104,10 @@ static void work_on_kind(blocks *b, uint32_t kind)
 
 static uint32_t most_of_a_kind(const blocks *b)
 {
-    uint32_t most = 0, of_kind[KINDS] = {0};
+    uint32_t most = 0, of_kind[8] = {0};
     for (uint32_t i = 0; i < b->count; i++)
         if (b->begin[i] < b->begin[i + 1]) of_kind[kind_of(b, i)]++;
-    for (int kind = 0; kind < KINDS; kind++)
+    for (int kind = 0; kind < 8; kind++)
         if (of_kind[kind] > most) most = of_kind[kind];
     return most;
 }
@@ -123,7 +122,7 @@ void qw_in_blocks(qw_env *env, qw_guard *g, uint32_t count, const qw_block_work 
     uint32_t most = most_of_a_kind(&b);
     b.chosen = QW_NEW(env, uint32_t, most), b.room = QW_NEW(env, qw_guard_room, most);
     b.late = QW_NEW_ZERO(env, uint8_t, count);
-    for (uint32_t kind = 0; kind < KINDS; kind++) work_on_kind(&b, kind);
+    for (uint32_t kind = 0; kind < 8; kind++) work_on_kind(&b, kind);
     qw_guard_room whole = qw_guard_everywhere(g);
     for (uint32_t i = 0; i < count; i++) {
         if (i % LISTEN == 0) qw_break_silence(env);

@@ -9,8 +9,7 @@
 /* All lengths are in cells. */
 enum {
     MOST_PLANES = 16, /* around a vertex that are looked at */
-    LISTEN = 256,
-    GRAIN = 4096
+    GRAIN = 1024
 };
 static const double SHARP = 0.85;   /* cosine: planes that turn by more have an edge between them */
 static const double CORNER = 0.25;  /* volume of three normals from which on they have a corner */
@@ -126,8 +125,8 @@ static void ask_half_edges(void *user, uint32_t block, uint32_t begin, uint32_t 
     const asking *a = user;
     uint32_t hint = QW_NONE;
     (void)block;
+    if (!qw_listen(a->env)) return;
     for (uint32_t h = begin; h < end; h++) {
-        if (h % LISTEN == 0 && !qw_listen(a->env)) return;
         if (qw_skin_dead(a->skin, h / 3) || h > a->skin->twin[h]) continue;
         a->wanted[h] = a->is_wanted(a->skin, a->target, h, &hint);
     }
@@ -154,9 +153,9 @@ static void ask_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
     const asking *a = user;
     uint32_t hint = QW_NONE;
     (void)block;
+    if (!qw_listen(a->env)) return;
     for (uint32_t f = begin; f < end; f++) {
         double p[3];
-        if (f % LISTEN == 0 && !qw_listen(a->env)) return;
         if (qw_skin_dead(a->skin, f)) continue;
         middle_of_face(a->skin, f, p);
         a->face[f] = plane_at(a->target, p, &hint);
@@ -279,7 +278,7 @@ void qw_split_at_features(qw_env *env, qw_guard *g, const qw_wrap_target *target
     qw_guard_room room = qw_guard_everywhere(g); /* as splits make vertices and faces, which are numbered one by one */
     for (uint32_t h = 0; h < count; h++) {
         double to[3];
-        if (h % LISTEN == 0) qw_break_silence(env);
+        if (h % GRAIN == 0) qw_break_silence(env);
         if (!wanted[h]) continue;
         if (split_place(s, target, h, &hint, to)) try_split(&room, h, to);
     }
