@@ -70,6 +70,23 @@ static int64_t odd_edges(qw_env *env, const qw_clean_input *skin)
     return odd;
 }
 
+/* Shares of the diagonal: of what of the input is seen the mean distance to the skin, and that of its sharp edges to
+ * edges of the skin below which 95 % stay. */
+static void measure(const check *c, const qw_wrapped *w, double diagonal, double *mean, double *sharp)
+{
+    qw_mesh_view skin = {.size = sizeof skin,
+                         .vertex_count = w->skin.vertex_count,
+                         .face_count = w->skin.face_count,
+                         .uniform_face_size = 3,
+                         .positions = w->skin.position,
+                         .corners = w->skin.corner};
+    qw_topology t;
+    qw_quality q;
+    *mean = *sharp = -1;
+    if (qw_measure_seen(&skin, &c->view, w->distance, NULL, &t, &q) != QW_OK) return;
+    *mean = q.in_to_out_mean * q.mean_edge / diagonal, *sharp = q.sharp_p95 * q.mean_edge / diagonal;
+}
+
 static void body(void *user)
 {
     check *c = user;
@@ -92,15 +109,18 @@ static void body(void *user)
         components = qw_trimesh_census(env, &m).components;
     }
     int64_t pairs = count_intersections(whole_positions(env, &w), w.skin.corner, w.skin.face_count);
+    double mean, sharp;
+    measure(c, &w, diagonal, &mean, &sharp);
     c->good = odd == 0 && components == w.clusters && pairs == 0;
     printf("{\"skin\": %s, \"triangles\": %lld, \"skin_triangles\": %u, \"odd_edges\": %lld, \"components\": %lld, "
            "\"clusters\": %lld, "
-           "\"intersections\": %lld, \"distance\": %.6g, \"seen_off\": %.6g, \"farthest\": %.4g, \"hidden\": %.4f, "
+           "\"intersections\": %lld, \"distance\": %.6g, \"seen_off\": %.6g, \"measured\": %.6g, \"sharp_p95\": %.6g, "
+           "\"farthest\": %.4g, \"hidden\": %.4f, "
            "\"processor\": %.3f, "
            "\"wall\": %.3f, \"megabytes\": %.1f}\n",
            c->good ? "true" : "false", (long long)w.triangles, w.skin.face_count, (long long)odd, (long long)components,
-           (long long)w.clusters, (long long)pairs, distance / diagonal, w.stats.seen_off * w.unit / diagonal,
-           w.stats.skin_off * w.unit / distance, w.stats.hidden_area, processor,
+           (long long)w.clusters, (long long)pairs, distance / diagonal, w.stats.seen_off * w.unit / diagonal, mean,
+           sharp, w.stats.skin_off * w.unit / distance, w.stats.hidden_area, processor,
            (double)(to.tv_sec - from.tv_sec) + 1e-9 * (double)(to.tv_nsec - from.tv_nsec), bytes / (1 << 20));
 }
 
