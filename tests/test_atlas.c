@@ -2,6 +2,7 @@
  * a second and slower way of telling, and charts keep their distance. */
 #include "atlas/atlas.h"
 #include "atlas/charts.h"
+#include "atlas/mask.h"
 #include "atlas/overlap.h"
 #include "atlas/seen.h"
 #include "quad_shapes.h"
@@ -397,6 +398,58 @@ static void envelope_solves(void **state)
     protect(solve_grid, &j);
 }
 
+/* ---- places on a board, and by trying each */
+
+static qw_mask random_mask(qw_env *env, uint32_t across, uint32_t down, uint64_t *seed)
+{
+    qw_mask m;
+    qw_mask_size(&m, across, down);
+    m.row = QW_NEW_ZERO(env, uint64_t, (size_t)m.words * m.down);
+    for (uint32_t y = 0; y < down; y++)
+        for (int i = 0; i < 2; i++) { /* rows of one run, or two with a gap */
+            uint32_t a = (uint32_t)(random_bits(seed) % across), b = (uint32_t)(random_bits(seed) % across);
+            qw_mask_fill(&m, y, a < b ? a : b, a < b ? b : a);
+        }
+    return m;
+}
+
+static void place_masks(void *user)
+{
+    enum { ACROSS = 203, ROWS = 120, MASKS = 60, MOST = 150 };
+    job *j = user;
+    uint64_t seed = 5;
+    uint32_t placed = 0;
+    qw_board board = qw_board_of(j->env, ACROSS, ROWS);
+    qw_mask tile = random_mask(j->env, ACROSS, ROWS, &seed);
+    memset(tile.row, 0, (size_t)tile.words * tile.down * sizeof *tile.row);
+    for (int i = 0; i < MASKS; i++) {
+        qw_mask m = random_mask(j->env, 1 + (uint32_t)(random_bits(&seed) % (MOST / (1 + (uint32_t)i / 4) + 1)),
+                                1 + (uint32_t)(random_bits(&seed) % 30), &seed);
+        uint32_t runs = qw_mask_runs(&m, NULL), x = QW_NONE, to = ACROSS - 3 - m.across;
+        qw_mask_run *run = QW_NEW(j->env, qw_mask_run, runs);
+        assert_int_equal(qw_mask_runs(&m, run), runs);
+        for (uint32_t y = 0; y + m.down <= ROWS && x == QW_NONE; y++) {
+            uint32_t want = 3;
+            while (want <= to && qw_mask_meets(&tile, &m, want, y)) want++;
+            x = qw_board_place(&board, run, runs, 3, to, y);
+            assert_int_equal(x, want <= to ? want : QW_NONE);
+            if (x == QW_NONE) continue;
+            qw_mask_stamp(&tile, &m, x, y, true), qw_board_stamp(&board, &m, x, y);
+            placed++;
+        }
+    }
+    assert_true(placed > MASKS / 2);
+    qw_board_clear(&board);
+    const qw_mask_run one = {.row = 1, .first = 0, .length = 200};
+    assert_int_equal(qw_board_place(&board, &one, 1, 1, 3, 0), 1);
+}
+static void places_on_a_board(void **state)
+{
+    (void)state;
+    job j = {0};
+    protect(place_masks, &j);
+}
+
 QW_TEST_SUITE(atlas)
 {
     const struct CMUnitTest tests[] = {
@@ -411,6 +464,7 @@ QW_TEST_SUITE(atlas)
         cmocka_unit_test(mirrored_seams),
         cmocka_unit_test(seams_in_grooves),
         cmocka_unit_test(several_tiles),
+        cmocka_unit_test(places_on_a_board),
         cmocka_unit_test(envelope_solves),
         cmocka_unit_test(segments_that_meet),
     };

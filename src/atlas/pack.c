@@ -7,6 +7,7 @@
  */
 #include "atlas/pack.h"
 
+#include "atlas/mask.h"
 #include "math/elementary.h"
 #include "mesh/polygons.h"
 
@@ -21,19 +22,12 @@ enum {
     SETTLES = 12,       /* changes of the scale until something fits */
     EFFORT = 20000,     /* pieces that are placed in orders that are tried */
     MOST_BATCHES = 120, /* of SLOTS orders */
-    TRIAL_BATCHES = 12,
-    WORD = 64
+    TRIAL_BATCHES = 12
 };
 static const double PACKING = 0.65;     /* share of the work on texture coordinates that comes before */
 static const double STEP = 1.002;       /* of the scale, at least */
 static const double FIRST_SHARE = 0.7;  /* of the area at which the search begins */
 static const double LEAST_SHARE = 1e-4; /* and ends: the margin leaves no room */
-
-typedef struct mask {
-    uint32_t across, down, words; /* cells, and words of a row */
-    uint32_t step;                /* rows are looked at in steps of so many: each once, far from the last ones */
-    uint64_t *row;                /* uint64_t[down][words] */
-} mask;
 
 typedef struct spot {
     uint32_t x, y, tile, quarters, top; /* top: upper end in its tile, the border of the tile included */
@@ -44,7 +38,7 @@ typedef struct attempt {
     uint32_t *order; /* uint32_t[count] */
     uint8_t *turn;   /* uint8_t[count]: quarters of each piece, or ANY_TURN */
     spot *at;        /* spot[count] */
-    mask tiles;      /* one above the other; the last is twice as high */
+    qw_board board;  /* the tiles, one above the other; the last is twice as high */
     uint32_t top;    /* in the last tile; UINT32_MAX: not all were placed */
 } attempt;
 
@@ -58,34 +52,16 @@ typedef struct packer {
     double scale;                  /* cells a unit of length */
     double *area, *key;            /* double[count] */
     double total;
-    mask *thin, *wide, *scratch;     /* mask[count][4]: of this scale */
+    qw_mask *thin, *wide, *scratch;  /* qw_mask[count][4]: of this scale */
+    qw_mask_run *run;                /* of the wide masks, one after the other; NULL while pieces are pushed */
+    uint32_t *first_run;             /* uint32_t[4 count + 1]: of each */
+    qw_mask pushed;                  /* the tiles, while pieces are pushed */
     attempt slot[SLOTS], best, good; /* best: of this scale; good: the last that fitted */
     double good_scale;               /* of it: tiles a unit of length */
     uint32_t good_cells;
 } packer;
 
-/* ---- masks */
-
-static uint32_t divisor(uint32_t a, uint32_t b) { return b ? divisor(b, a % b) : a; }
-
-static void size_mask(mask *m, uint32_t across, uint32_t down)
-{
-    *m = (mask){.across = across, .down = down, .words = across / WORD + 1, .step = (uint32_t)(0.618 * down) + 1};
-    while (divisor(m->step, down) != 1) m->step++;
-    m->step %= down;
-}
-
-static void fill(mask *m, uint32_t y, uint32_t from, uint32_t to)
-{
-    uint64_t *row = m->row + (size_t)y * m->words;
-    for (uint32_t x = from; x <= to;) {
-        uint32_t end = (x / WORD + 1) * WORD - 1;
-        if (end > to) end = to;
-        uint64_t bits = end - x == WORD - 1 ? UINT64_MAX : ((UINT64_C(1) << (end - x + 1)) - 1) << x % WORD;
-        row[x / WORD] |= bits;
-        x = end + 1;
-    }
-}
+/* ---- drawing */
 
 /* The range along x of the part of a triangle between two heights. */
 static bool slice(const double p[3][2], double low, double high, double range[2])
@@ -125,7 +101,7 @@ static void box_of(const qw_piece *p, uint32_t quarters, double least[2], double
 }
 
 /* scale: cells a unit of length. The piece begins at cell (pad, pad) of a mask that is clear. */
-static void draw(const qw_piece *p, uint32_t quarters, double scale, uint32_t pad, mask *m)
+static void draw(const qw_piece *p, uint32_t quarters, double scale, uint32_t pad, qw_mask *m)
 {
     double least[2], size[2];
     box_of(p, quarters, least, size);
@@ -140,30 +116,8 @@ static void draw(const qw_piece *p, uint32_t quarters, double scale, uint32_t pa
         for (uint32_t y = (uint32_t)fmax(low, 0); y <= (uint32_t)high && y < down; y++) {
             if (!slice((const double(*)[2])q, y, y + 1.0, range)) continue;
             uint32_t from = (uint32_t)fmax(range[0], 0), to = (uint32_t)fmax(range[1], 0);
-            fill(m, y + pad, from + pad, (to < across ? to : across - 1) + pad);
+            qw_mask_fill(m, y + pad, from + pad, (to < across ? to : across - 1) + pad);
         }
-    }
-}
-
-/* Widened by so many cells in all eight directions; all three of one size, the last two clear. */
-static void widen(const mask *m, uint32_t reach, mask *across, mask *wide)
-{
-    for (uint32_t y = 0; y < m->down; y++) {
-        const uint64_t *in = m->row + (size_t)y * m->words;
-        for (uint32_t x = 0; x < m->across; x++) {
-            if (!(in[x / WORD] >> x % WORD & 1)) continue;
-            uint32_t end = x;
-            while (end + 1 < m->across && (in[(end + 1) / WORD] >> (end + 1) % WORD & 1)) end++;
-            uint32_t to = end + reach < m->across ? end + reach : m->across - 1;
-            fill(across, y, x > reach ? x - reach : 0, to);
-            x = end;
-        }
-    }
-    for (uint32_t y = 0; y < m->down; y++) {
-        uint32_t from = y > reach ? y - reach : 0, to = y + reach < m->down ? y + reach : m->down - 1;
-        for (uint32_t z = from; z <= to; z++)
-            for (uint32_t w = 0; w < m->words; w++)
-                wide->row[(size_t)y * m->words + w] |= across->row[(size_t)z * m->words + w];
     }
 }
 
@@ -174,77 +128,27 @@ static void draw_pieces(void *user, uint32_t block, uint32_t begin, uint32_t end
     for (uint32_t i = begin; i < end; i++) {
         if (!k->thin[i].row) continue;
         draw(&k->piece[i / 4], i % 4, k->scale, k->reach, &k->thin[i]);
-        widen(&k->thin[i], k->reach, &k->scratch[i], &k->wide[i]);
+        qw_mask_widen(&k->thin[i], k->reach, &k->scratch[i], &k->wide[i]);
     }
-}
-
-/* The word of a row at a cell that need not begin one. */
-static uint64_t word_at(const uint64_t *row, uint32_t words, uint32_t x)
-{
-    uint32_t w = x / WORD, s = x % WORD;
-    uint64_t bits = w < words ? row[w] >> s : 0;
-    if (s && w + 1 < words) bits |= row[w + 1] << (WORD - s);
-    return bits;
-}
-
-/* Length of the run of bits of a row that ends at this one. */
-static uint32_t run_to(const uint64_t *row, uint32_t word, uint32_t bit)
-{
-    uint64_t clear = ~(row[word] << (WORD - 1 - bit));
-    uint32_t run = clear ? (uint32_t)__builtin_clzll(clear) : WORD;
-    if (run <= bit) return run;
-    for (run = bit + 1; word-- > 0; run += WORD)
-        if (~row[word]) return run + (uint32_t)__builtin_clzll(~row[word]);
-    return run;
-}
-
-/* 0 where the mask, its lower corner at (x, y), meets nothing; else how far to go on along x at least: until the
-   run of the mask's bits that ends at the rightmost cell in the way is past it. */
-static uint32_t meets(const mask *tile, const mask *m, uint32_t x, uint32_t y)
-{
-    for (uint32_t i = 0, r = m->down / 2; i < m->down;
-         i++, r = r + m->step < m->down ? r + m->step : r + m->step - m->down) {
-        const uint64_t *row = m->row + (size_t)r * m->words, *under = tile->row + (size_t)(y + r) * tile->words;
-        for (uint32_t w = m->words; w-- > 0;) {
-            uint64_t both = row[w] ? row[w] & word_at(under, tile->words, x + w * WORD) : 0;
-            if (!both) continue;
-            return run_to(row, w, WORD - 1 - (uint32_t)__builtin_clzll(both));
-        }
-    }
-    return 0;
-}
-
-static void stamp(mask *tile, const mask *m, uint32_t x, uint32_t y, bool is_there)
-{
-    for (uint32_t r = 0; r < m->down; r++)
-        for (uint32_t w = 0; w < m->words; w++) {
-            uint64_t bits = m->row[(size_t)r * m->words + w];
-            uint64_t *to = tile->row + (size_t)(y + r) * tile->words + (x + w * WORD) / WORD;
-            uint32_t s = (x + w * WORD) % WORD;
-            if (!bits) continue;
-            uint64_t low = bits << s, high = s ? bits >> (WORD - s) : 0;
-            to[0] = is_there ? to[0] | low : to[0] & ~low;
-            if (high) to[1] = is_there ? to[1] | high : to[1] & ~high;
-        }
 }
 
 /* ---- places */
 
 /* The lowest place for a mask in a tile, below `bound`: that whose upper end is lowest, then the leftmost. A mask may
    lie with its margin outside of the tile. */
-static bool find_spot(const packer *k, const attempt *a, const mask *m, uint32_t tile, uint32_t bound, spot *best)
+static bool find_spot(const packer *k, const attempt *a, uint32_t i, uint32_t tile, uint32_t bound, spot *best)
 {
+    const qw_mask *m = &k->wide[i];
+    const qw_mask_run *run = k->run + k->first_run[i];
+    uint32_t count = k->first_run[i + 1] - k->first_run[i];
     uint32_t from = k->border, base = tile * k->stride, high = tile + 1 < k->tiles ? k->side : 2 * k->side;
     if (m->across + 2 * from > k->side || m->down + 2 * from > high) return false;
-    for (uint32_t y = from; y + m->down + from <= high && y + m->down + from < bound; y++)
-        for (uint32_t x = from; x + m->across + from <= k->side;) {
-            uint32_t on = meets(&a->tiles, m, x, base + y);
-            if (!on) {
-                *best = (spot){.x = x, .y = y, .tile = tile, .top = y + m->down + from};
-                return true;
-            }
-            x += on;
-        }
+    for (uint32_t y = from; y + m->down + from <= high && y + m->down + from < bound; y++) {
+        uint32_t x = qw_board_place(&a->board, run, count, from, k->side - from - m->across, base + y);
+        if (x == QW_NONE) continue;
+        *best = (spot){.x = x, .y = y, .tile = tile, .top = y + m->down + from};
+        return true;
+    }
     return false;
 }
 
@@ -256,12 +160,12 @@ static bool place_one(const packer *k, attempt *a, uint32_t i)
             spot here;
             if (!k->wide[4 * i + quarters].row || (a->turn[i] != ANY_TURN && a->turn[i] != quarters)) continue;
             uint32_t bound = found ? a->at[i].top : UINT32_MAX;
-            if (!find_spot(k, a, &k->wide[4 * i + quarters], tile, bound, &here)) continue;
+            if (!find_spot(k, a, 4 * i + quarters, tile, bound, &here)) continue;
             a->at[i] = here, a->at[i].quarters = quarters, found = true;
         }
     if (!found) return false;
     const spot *s = &a->at[i];
-    stamp(&a->tiles, &k->thin[4 * i + s->quarters], s->x, s->tile * k->stride + s->y, true);
+    qw_board_stamp(&a->board, &k->thin[4 * i + s->quarters], s->x, s->tile * k->stride + s->y);
     if (s->tile + 1 == k->tiles && s->top > a->top) a->top = s->top;
     return true;
 }
@@ -269,7 +173,7 @@ static bool place_one(const packer *k, attempt *a, uint32_t i)
 /* Places all; given up where the top is already above that of the best. */
 static void place_all(const packer *k, attempt *a)
 {
-    memset(a->tiles.row, 0, (size_t)a->tiles.down * a->tiles.words * sizeof *a->tiles.row);
+    qw_board_clear(&a->board);
     a->top = 0;
     for (uint32_t i = 0; i < k->count; i++)
         if (!place_one(k, a, a->order[i]) || a->top > k->best.top) {
@@ -386,6 +290,17 @@ static void try_near(packer *k)
 
 /* ---- the scale */
 
+static void list_runs(packer *k)
+{
+    qw_free(k->env, k->run);
+    k->first_run[0] = 0;
+    for (uint32_t i = 0; i < 4 * k->count; i++)
+        k->first_run[i + 1] = k->first_run[i] + (k->wide[i].row ? qw_mask_runs(&k->wide[i], NULL) : 0);
+    k->run = QW_NEW(k->env, qw_mask_run, k->first_run[4 * k->count]);
+    for (uint32_t i = 0; i < 4 * k->count; i++)
+        if (k->wide[i].row) qw_mask_runs(&k->wide[i], k->run + k->first_run[i]);
+}
+
 /* Masks of another scale, tiles a unit of length; of the turns of a layout alone where one is given. */
 static void begin_scale(packer *k, double scale, const attempt *only)
 {
@@ -398,32 +313,38 @@ static void begin_scale(packer *k, double scale, const attempt *only)
         if (only && only->at[i / 4].quarters != i % 4) continue;
         box_of(&k->piece[i / 4], i % 4, least, size);
         if (size[0] * k->scale + 1 > k->cells || size[1] * k->scale + 1 > 2 * k->cells) continue;
-        mask *all[3] = {&k->thin[i], &k->wide[i], &k->scratch[i]};
+        qw_mask *all[3] = {&k->thin[i], &k->wide[i], &k->scratch[i]};
         for (int r = 0; r < 3; r++) {
-            size_mask(all[r], (uint32_t)(size[0] * k->scale) + 1 + 2 * k->reach,
-                      (uint32_t)(size[1] * k->scale) + 1 + 2 * k->reach);
+            qw_mask_size(all[r], (uint32_t)(size[0] * k->scale) + 1 + 2 * k->reach,
+                         (uint32_t)(size[1] * k->scale) + 1 + 2 * k->reach);
             words = (size_t)all[r]->words * all[r]->down;
             all[r]->row = QW_NEW_ZERO(k->env, uint64_t, words);
         }
     }
     qw_parallel(k->env, 4 * k->count, 4, draw_pieces, k);
     for (uint32_t i = 0; i < 4 * k->count; i++) qw_free(k->env, k->scratch[i].row), k->scratch[i].row = NULL;
+    if (!only) list_runs(k);
 }
 
 /* beyond: cells behind the ends of each tile. */
-static void begin_cells(packer *k, const qw_pack_options *o, uint32_t cells, uint32_t beyond)
+static void set_cells(packer *k, const qw_pack_options *o, uint32_t cells, uint32_t beyond)
 {
     k->cells = o->texels < cells ? o->texels : cells;
     double texels = o->texels / (double)k->cells; /* of a cell */
     k->reach = (uint32_t)qw_ceil(o->margin / texels);
     k->border = (uint32_t)qw_ceil(o->margin / 2.0 / texels);
     k->side = k->cells + 2 * k->reach, k->stride = k->side + beyond;
-    for (uint32_t s = 0; s < SLOTS; s++) {
-        mask *m = &k->slot[s].tiles;
-        qw_free(k->env, m->row);
-        size_mask(m, k->stride + WORD, (k->tiles + 1) * k->stride);
-        m->row = QW_NEW_ZERO(k->env, uint64_t, (size_t)m->words * m->down);
-    }
+}
+
+static void begin_boards(packer *k)
+{
+    for (uint32_t s = 0; s < SLOTS; s++) k->slot[s].board = qw_board_of(k->env, k->stride, (k->tiles + 1) * k->stride);
+}
+
+static void begin_pushing(packer *k)
+{
+    qw_mask_size(&k->pushed, k->stride + QW_WORD, (k->tiles + 1) * k->stride);
+    k->pushed.row = QW_NEW_ZERO(k->env, uint64_t, (size_t)k->pushed.words * k->pushed.down);
 }
 
 static void keep_good(packer *k)
@@ -460,9 +381,8 @@ static void settle(packer *k, const qw_pack_options *o, double scale)
 
 static uint32_t batches_of(const packer *k, const qw_pack_options *o)
 {
-    if (o->is_trial) return TRIAL_BATCHES;
-    uint32_t batches = EFFORT / (SLOTS * k->count) + 1;
-    return batches < MOST_BATCHES ? batches : MOST_BATCHES;
+    uint32_t batches = EFFORT / (SLOTS * k->count) + 1, most = o->is_trial ? TRIAL_BATCHES : MOST_BATCHES;
+    return batches < most ? batches : most;
 }
 
 /* Tries orders near the best at scales that grow each time one fits. */
@@ -481,18 +401,18 @@ static void grow(packer *k, uint32_t batches)
 
 /* ---- pushing */
 
-static void set_piece(const packer *k, attempt *a, uint32_t i, bool is_there)
+static void set_piece(packer *k, const attempt *a, uint32_t i, bool is_there)
 {
     const spot *s = &a->at[i];
-    stamp(&a->tiles, &k->thin[4 * i + s->quarters], s->x, s->tile * k->stride + s->y, is_there);
+    qw_mask_stamp(&k->pushed, &k->thin[4 * i + s->quarters], s->x, s->tile * k->stride + s->y, is_there);
 }
 
-static bool is_free(const packer *k, const attempt *a, uint32_t i, const spot *s, int64_t x, int64_t y)
+static bool is_free(const packer *k, uint32_t i, const spot *s, int64_t x, int64_t y)
 {
-    const mask *m = &k->wide[4 * i + s->quarters];
+    const qw_mask *m = &k->wide[4 * i + s->quarters];
     if (!m->row || x < k->border || y < k->border) return false;
     if (x + m->across > k->stride || y + m->down > k->stride) return false;
-    return !meets(&a->tiles, m, (uint32_t)x, (uint32_t)(s->tile * k->stride + y));
+    return !qw_mask_meets(&k->pushed, m, (uint32_t)x, (uint32_t)(s->tile * k->stride + y));
 }
 
 /* 0, -1, 1, -2, 2, ... */
@@ -501,7 +421,7 @@ static int64_t alternate(int64_t i) { return i & 1 ? -(i + 1) / 2 : i / 2; }
 /* All of a layout in the masks of another scale, each coordinate times a number, or near that. */
 static bool move_over(packer *k, const attempt *from, double times, int64_t within, attempt *to)
 {
-    memset(to->tiles.row, 0, (size_t)to->tiles.down * to->tiles.words * sizeof *to->tiles.row);
+    memset(k->pushed.row, 0, (size_t)k->pushed.down * k->pushed.words * sizeof *k->pushed.row);
     for (uint32_t i = 0; i < k->count; i++) k->key[i] = -(double)(from->at[i].x + from->at[i].y);
     sort_by(to->order, k->key, k->count);
     for (uint32_t n = 0; n < k->count; n++) {
@@ -513,7 +433,7 @@ static bool move_over(packer *k, const attempt *from, double times, int64_t with
             for (int64_t p = 0; p <= q && !found; p++)
                 for (int turn = 0; turn < 2 && !found; turn++) {
                     int64_t at_x = (int64_t)x + alternate(turn ? q : p), at_y = (int64_t)y + alternate(turn ? p : q);
-                    found = is_free(k, to, i, &s, at_x, at_y);
+                    found = is_free(k, i, &s, at_x, at_y);
                     if (found) s.x = (uint32_t)at_x, s.y = (uint32_t)at_y;
                 }
         if (!found) return false;
@@ -537,7 +457,7 @@ static bool push_all(packer *k, attempt *a, int axis, int64_t within)
         for (int64_t p = -within; p < 0 && !found; p++)
             for (int64_t q = 0; q <= within && !found; q++) {
                 int64_t x = was.x + (axis ? -q : p), y = was.y + (axis ? p : -q);
-                found = is_free(k, a, i, &was, x, y);
+                found = is_free(k, i, &was, x, y);
                 if (found) s->x = (uint32_t)x, s->y = (uint32_t)y;
             }
         set_piece(k, a, i, true);
@@ -551,7 +471,7 @@ static bool is_inside(const packer *k, const attempt *a)
 {
     for (uint32_t i = 0; i < k->count; i++) {
         const spot *s = &a->at[i];
-        const mask *m = &k->wide[4 * i + s->quarters];
+        const qw_mask *m = &k->wide[4 * i + s->quarters];
         if (s->x + m->across + k->border > k->side || s->y + m->down + k->border > k->side) return false;
     }
     return true;
@@ -564,7 +484,7 @@ static void push_together(packer *k, const qw_pack_options *o)
     enum { MOST_GROWTHS = 24, MOST_PUSHES = 12 };
     attempt *a = &k->slot[0];
     double cells = k->cells, more = 1.02;
-    begin_cells(k, o, FINE_CELLS, 2 * WORD);
+    set_cells(k, o, FINE_CELLS, 2 * QW_WORD), begin_pushing(k);
     double times = k->cells / cells, scale = k->good_scale;
     int64_t within = (int64_t)qw_ceil(times);
     for (uint32_t i = 0; i < MOST_GROWTHS && more > 1.0005; i++) {
@@ -591,7 +511,7 @@ static void find_scale(packer *k, const qw_pack_options *o)
 {
     k->batches = o->is_untold ? 0 : batches_of(k, o) + SETTLES;
     begin_orders(k);
-    begin_cells(k, o, COARSE_CELLS, 0);
+    set_cells(k, o, COARSE_CELLS, 0), begin_boards(k);
     settle(k, o, sqrt(FIRST_SHARE * o->tiles / k->total));
     grow(k, batches_of(k, o));
     if (o->texels > COARSE_CELLS) push_together(k, o);
@@ -601,7 +521,7 @@ static void find_scale(packer *k, const qw_pack_options *o)
 static void fit_scale(packer *k, const qw_pack_options *o)
 {
     begin_orders(k);
-    begin_cells(k, o, FINE_CELLS / 2, 0);
+    set_cells(k, o, FINE_CELLS / 2, 0), begin_boards(k);
     begin_scale(k, o->scale, NULL);
     k->batches = batches_of(k, o) / 8 + 1;
     try_slots(k);
@@ -654,8 +574,9 @@ qw_packing qw_pack(qw_env *env, qw_piece *piece, uint32_t count, const qw_pack_o
     if (count == 0) return packing;
     qw_scope_begin(env);
     k.area = QW_NEW_ZERO(env, double, count), k.key = QW_NEW(env, double, count);
-    k.thin = QW_NEW_ZERO(env, mask, 4 * (size_t)count), k.wide = QW_NEW_ZERO(env, mask, 4 * (size_t)count);
-    k.scratch = QW_NEW_ZERO(env, mask, 4 * (size_t)count);
+    k.thin = QW_NEW_ZERO(env, qw_mask, 4 * (size_t)count), k.wide = QW_NEW_ZERO(env, qw_mask, 4 * (size_t)count);
+    k.scratch = QW_NEW_ZERO(env, qw_mask, 4 * (size_t)count);
+    k.first_run = QW_NEW(env, uint32_t, 4 * (size_t)count + 1);
     for (uint32_t s = 0; s < SLOTS; s++) k.slot[s] = make_attempt(&k);
     k.best = make_attempt(&k), k.good = make_attempt(&k);
     measure(&k);
