@@ -1,10 +1,10 @@
 """An asset beside Blender's own way to one (Smart UV Project, Cycles' bake from the input), on the same quads, and both beside the input: rendered
 by Cycles from the same place. Mean difference of the pictures, of 255, where both show the surface (the input twice: of its noise alone), and of the normals as they are shaded, in degrees.
 
-usage: asset_render.py QUADWRIGHT FOLDER MESH... (OBJ, or GLB with a texture)   (needs Debian's blender and numpy; pictures and a table come to FOLDER: NAME-cycles.png: input, quads, quads with our maps)"""
+usage: asset_render.py QUADWRIGHT FOLDER MESH... [--no-blender] (OBJ, or GLB with a texture)   (needs Debian's blender and numpy; pictures and a table come to FOLDER: NAME-cycles.png: input, quads, quads with our maps; what is there already, NAME.json, is not made again; --no-blender: the program's files alone)"""
 import json, pathlib, shutil, subprocess, sys, time
 
-TEXELS, FACES = 2048, 5000
+TEXELS, FACES, SIZE, SAMPLES = 2048, 5000, 320, 64  # SIZE: of pictures, SAMPLES: of a pixel
 SCENE = """
 import numpy; numpy.bool = bool  # Debian's glTF importer
 import bpy, mathutils, sys, time, json
@@ -13,17 +13,29 @@ bpy.ops.wm.read_factory_settings(use_empty=True)
 scene = bpy.context.scene
 scene.render.engine, scene.cycles.samples, scene.cycles.use_denoising = 'CYCLES', 16, False
 scene.render.film_transparent = True
-scene.render.resolution_x = scene.render.resolution_y = 512
+scene.render.resolution_x = scene.render.resolution_y = SIZE
 scene.view_settings.view_transform = 'Standard'
 
 def load(path):
     before = set(bpy.data.objects)
     if path.endswith('.glb'): bpy.ops.import_scene.gltf(filepath=path)
     elif path.endswith('.obj'): bpy.ops.wm.obj_import(filepath=path, forward_axis='NEGATIVE_Z', up_axis='Y')
-    made = [o for o in bpy.data.objects if o not in before and o.type == 'MESH']
-    if not made[0].data.has_custom_normals: # Blender holds those relative to what is smooth: set afterwards, they would turn
-        for p in made[0].data.polygons: p.use_smooth = True
+    made = [o for o in bpy.data.objects if o not in before and o.type == 'MESH' and not o.name.startswith('Icosphere')] # how bones are shown
+    for o in made: # at rest, as the maps are made: an animation would pose the input alone
+        o.modifiers.clear(); o.animation_data_clear()
+        if o.data.shape_keys: o.shape_key_clear()
+        if not o.data.has_custom_normals: # Blender holds those relative to what is smooth: set afterwards, they would turn
+            for p in o.data.polygons: p.use_smooth = True
+    for other in bpy.data.objects: other.select_set(other in made)
+    bpy.context.view_layer.objects.active = made[0]
+    if len(made) > 1: bpy.ops.object.join()
     return made[0]
+
+def trees(o): return [m.node_tree for m in o.data.materials if m and m.use_nodes]
+def shader(tree): return next(n for n in tree.nodes if n.type == 'BSDF_PRINCIPLED')
+def unlink(tree, *names):
+    for link in list(tree.links):
+        if link.to_socket.name in names and link.to_node.type == 'BSDF_PRINCIPLED': tree.links.remove(link)
 
 def plain(o):
     m = bpy.data.materials.new('plain'); m.use_nodes = True
@@ -47,8 +59,8 @@ def with_normals(m, image):
     return t
 
 whole, bare, ours = load(source), load(quads), load(asset)
-def textures(o): return [n for n in o.data.materials[0].node_tree.nodes if n.type == 'TEX_IMAGE' and any(l.to_socket.name == 'Base Color' for l in n.outputs['Color'].links)] if o.data.materials and o.data.materials[0].use_nodes else []
-coloured = bool(textures(whole))
+def has_color(tree): return bool(shader(tree).inputs['Base Color'].links)
+coloured = any(map(has_color, trees(whole)))
 if not coloured: plain(whole)
 m = plain(bare)
 only(bare)
@@ -68,15 +80,15 @@ if coloured:
     bpy.ops.object.bake(type='DIFFUSE', pass_filter={'COLOR'}, use_selected_to_active=True, cage_extrusion=0.02 * size, max_ray_distance=0.04 * size, margin=4)
     m.node_tree.links.new(t.outputs['Color'], m.node_tree.nodes['Principled BSDF'].inputs['Base Color'])
 baked = time.time() - begin
-scene.cycles.samples = 128
+scene.cycles.samples = SAMPLES
 k = [n for n in m.node_tree.nodes if n.type == 'NORMAL_MAP'][0]
 m.node_tree.links.new(k.outputs['Normal'], m.node_tree.nodes['Principled BSDF'].inputs['Normal'])
-baked_map = next((n.image for n in ours.data.materials[0].node_tree.nodes if n.type == 'TEX_IMAGE' and n.image.colorspace_settings.name == 'Non-Color'), None)
 for o in (whole, ours, bare):
-    b = o.data.materials[0].node_tree.nodes['Principled BSDF']
-    for link in list(o.data.materials[0].node_tree.links):
-        if link.to_socket.name in ('Roughness', 'Metallic') or (link.to_socket.name == 'Base Color' and not coloured): o.data.materials[0].node_tree.links.remove(link)
-    b.inputs['Base Color'].default_value, b.inputs['Roughness'].default_value, b.inputs['Metallic'].default_value = (0.8, 0.8, 0.8, 1), 1, 0
+    for tree in trees(o):
+        b = shader(tree)
+        unlink(tree, 'Roughness', 'Metallic', 'Emission', *([] if coloured else ['Base Color']))
+        b.inputs['Roughness'].default_value, b.inputs['Metallic'].default_value, b.inputs['Emission'].default_value = 1, 0, (0, 0, 0, 1)
+        if not coloured: b.inputs['Base Color'].default_value = (0.8, 0.8, 0.8, 1)
 corners = [whole.matrix_world @ mathutils.Vector(c) for c in whole.bound_box]
 middle = sum(corners, mathutils.Vector()) / 8
 radius = max((c - middle).length for c in corners)
@@ -107,32 +119,36 @@ links = [(l.from_socket, l.to_socket) for l in m.node_tree.links if l.to_socket.
 for _, end in links: m.node_tree.links.remove(end.links[0])
 pixels['quads'] = shoot(bare, 'quads')
 for begin, end in links: m.node_tree.links.new(begin, end)
-def on_white(a): return numpy.concatenate([a[:, :3] * a[:, 3:] + 1 - a[:, 3:], numpy.ones_like(a[:, 3:])], axis=1).reshape(512, 512, 4)
-row = bpy.data.images.new('row', 1536, 512)
+def on_white(a): return numpy.concatenate([a[:, :3] * a[:, 3:] + 1 - a[:, 3:], numpy.ones_like(a[:, 3:])], axis=1).reshape(SIZE, SIZE, 4)
+row = bpy.data.images.new('row', 3 * SIZE, SIZE)
 row.pixels.foreach_set(numpy.concatenate([on_white(pixels[w]) for w in ('input', 'quads', 'ours')], axis=1).astype(numpy.float32).ravel())
-row.scale(960, 320); row.filepath_raw, row.file_format = f'{folder}/{name}-cycles.png', 'PNG'; row.save()
+row.filepath_raw, row.file_format = f'{folder}/{name}-cycles.png', 'PNG'; row.save()
 
 # normals as shaded, and depths, as light
-scene.view_settings.view_transform, scene.render.image_settings.color_depth, scene.cycles.samples = 'Raw', '16', 4
+scene.render.image_settings.color_depth, scene.cycles.samples = "16", 4
 scene.cycles.filter_width = 0.01 # one place a pixel
 scene.world.node_tree.nodes['Background'].inputs[1].default_value = 0
 begin_z, span_z = 1.6 * radius, 2 * radius # the surface lies between
 for what, o in (('input', whole), ('blender', bare), ('ours', ours)):
-    tree = o.data.materials[0].node_tree
-    n = tree.nodes
-    normal = next((l.from_socket for l in tree.links if l.to_socket.name == 'Normal' and l.to_node.type == 'BSDF_PRINCIPLED'), None) or n.new('ShaderNodeNewGeometry').outputs['Normal']
-    half, light, depth = n.new('ShaderNodeVectorMath'), n.new('ShaderNodeEmission'), n.new('ShaderNodeMapRange')
-    half.operation = 'MULTIPLY_ADD'; half.inputs[1].default_value = half.inputs[2].default_value = (0.5, 0.5, 0.5)
-    depth.inputs['From Min'].default_value, depth.inputs['From Max'].default_value = begin_z, begin_z + span_z
-    tree.links.new(n.new('ShaderNodeCameraData').outputs['View Z Depth'], depth.inputs['Value'])
-    tree.links.new(normal, half.inputs[0]); tree.links.new(half.outputs[0], light.inputs['Color'])
-    tree.links.new(light.outputs[0], next(k for k in n if k.type == 'OUTPUT_MATERIAL').inputs['Surface'])
-    pixels[what + ' normals'] = shoot(o, f'{what}-normals')
-    tree.links.new(depth.outputs[0], light.inputs['Color'])
-    pixels[what + ' depth'] = shoot(o, f'{what}-depth')
+    lights = []
+    for tree in trees(o):
+        n, b = tree.nodes, shader(tree)
+        normal = next((l.from_socket for l in b.inputs['Normal'].links), None) or n.new('ShaderNodeNewGeometry').outputs['Normal']
+        half, light, depth, color = n.new('ShaderNodeVectorMath'), n.new('ShaderNodeEmission'), n.new('ShaderNodeMapRange'), n.new('ShaderNodeRGB')
+        half.operation = 'MULTIPLY_ADD'; half.inputs[1].default_value = half.inputs[2].default_value = (0.5, 0.5, 0.5)
+        depth.inputs['From Min'].default_value, depth.inputs['From Max'].default_value = begin_z, begin_z + span_z
+        tree.links.new(n.new('ShaderNodeCameraData').outputs['View Z Depth'], depth.inputs['Value'])
+        tree.links.new(normal, half.inputs[0])
+        tree.links.new(light.outputs[0], next(k for k in n if k.type == 'OUTPUT_MATERIAL').inputs['Surface'])
+        color.outputs[0].default_value = b.inputs['Base Color'].default_value
+        lights.append((tree, light, {'normals': half.outputs[0], 'depth': depth.outputs[0], 'color': next((l.from_socket for l in b.inputs['Base Color'].links), color.outputs[0])}))
+    for kind in ('normals', 'depth', 'color'):
+        for tree, light, shown in lights: tree.links.new(shown[kind], light.inputs['Color'])
+        scene.view_settings.view_transform = 'Standard' if kind == 'color' else 'Raw'
+        pixels[what + ' ' + kind] = shoot(o, f'{what}-{kind}')
 
 def near(a, reach, of): # of a pixel and those around it
-    rows = a.reshape(512, 512)
+    rows = a.reshape(SIZE, SIZE)
     for axis in (0, 1): rows = of([numpy.roll(rows, k, axis) for k in range(-reach, reach + 1)], axis=0)
     return rows.reshape(-1)
 
@@ -145,6 +161,7 @@ for what in ('noise', 'blender', 'ours'):
     both = inside('input') & (inside(what) if what != 'noise' else True)
     told[what] = float(numpy.abs(pixels['input'][both, :3] - pixels[what][both, :3]).mean() * 255)
     if what == 'noise': continue
+    if coloured: told[what + '_color'] = float(numpy.abs(pixels['input color'][both, :3] - pixels[what + ' color'][both, :3]).mean() * 255)
     a, b = (pixels[w + ' normals'][both, :3] * 2 - 1 for w in ('input', what))
     a, b = (x / numpy.maximum(numpy.linalg.norm(x, axis=1), 1e-9)[:, None] for x in (a, b))
     told[what + '_degrees'] = float(numpy.degrees(numpy.arccos(numpy.clip((a * b).sum(1), -1, 1))).mean())
@@ -166,24 +183,42 @@ def triangulated(mesh, target):
     return str(target)
 
 
+def make(program, folder, script, mesh, name, program_only):
+    mesh = triangulated(mesh, folder / f"{name}-input.obj") if mesh.endswith(".obj") else shutil.copy(mesh, folder / f"{name}-input.glb")
+    quads, asset, report = str(folder / f"{name}-quads.obj"), str(folder / f"{name}.glb"), folder / f"{name}-report.json"
+    if not report.exists():
+        begin = time.time()
+        subprocess.run([program, "asset", mesh, "-o", asset, "--faces", str(FACES), "--texture", str(TEXELS), "-q"], check=True)
+        report.write_text(json.dumps({"asset_s": time.time() - begin}))
+        subprocess.run([program, mesh, "-o", quads, "--faces", str(FACES), "--no-attributes", "-q"], check=True)
+    if program_only:
+        return
+    with open(folder / f"{name}.log", "w") as log:
+        subprocess.run(["blender", "-b", "-P", str(script), "--", str(mesh), quads, asset, str(folder), name], stdout=log, stderr=log)
+    told = json.loads((folder / f"{name}.json").read_text())
+    (folder / f"{name}.json").write_text(json.dumps(told | json.loads(report.read_text())))
+
+
 def main(program, folder, *meshes):
+    program_only = "--no-blender" in meshes
+    meshes = [m for m in meshes if m != "--no-blender"]
     folder = pathlib.Path(folder).resolve()
     folder.mkdir(exist_ok=True)
     script = folder / "scene.py"
-    script.write_text(SCENE.replace("TEXELS", str(TEXELS)))
-    print("| mesh | the input twice | ours | Blender | ours: degrees | Blender: degrees | ours: s | Blender's bake: s |\n|---|---|---|---|---|---|---|---|")
+    text = SCENE
+    for word, value in (("TEXELS", TEXELS), ("SIZE", SIZE), ("SAMPLES", SAMPLES)):
+        text = text.replace(word, str(value))
+    script.write_text(text)
+    print("| mesh | the input twice | ours | Blender | colours alone: ours | Blender | degrees: ours | Blender | ours: s | Blender's bake: s |\n|---|---|---|---|---|---|---|---|---|---|")
     for mesh in meshes:
         name = pathlib.Path(mesh).stem
-        mesh = triangulated(mesh, folder / f"{name}-input.obj") if mesh.endswith(".obj") else shutil.copy(mesh, folder / f"{name}-input.glb")
-        quads, asset = str(folder / f"{name}-quads.obj"), str(folder / f"{name}.glb")
-        subprocess.run([program, mesh, "-o", quads, "--faces", str(FACES), "--no-attributes", "-q"], check=True)
-        begin = time.time()
-        subprocess.run([program, "asset", mesh, "-o", asset, "--faces", str(FACES), "--texture", str(TEXELS), "-q"], check=True)
-        took = time.time() - begin
-        with open(folder / f"{name}.log", "w") as log:
-            subprocess.run(["blender", "-b", "-P", str(script), "--", str(mesh), quads, asset, str(folder), name], stdout=log, stderr=log)
-        told = json.loads((folder / f"{name}.json").read_text())
-        print(f"| {name} | {told['noise']:.2f} | {told['ours']:.2f} | {told['blender']:.2f} | {told['ours_degrees']:.2f} | {told['blender_degrees']:.2f} | {took:.1f} | {told['bake_s']:.1f} |", flush=True)
+        if not (folder / f"{name}.json").exists():
+            make(program, folder, script, mesh, name, program_only)
+        if program_only:
+            continue
+        t = json.loads((folder / f"{name}.json").read_text())
+        colors = " | ".join(f"{t[k]:.2f}" if k in t else "" for k in ("ours_color", "blender_color"))
+        print(f"| {name} | {t['noise']:.2f} | {t['ours']:.2f} | {t['blender']:.2f} | {colors} | {t['ours_degrees']:.2f} | {t['blender_degrees']:.2f} | {t['asset_s']:.1f} | {t['bake_s']:.1f} |", flush=True)
 
 
 if __name__ == "__main__":
