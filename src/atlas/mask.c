@@ -125,6 +125,16 @@ void qw_board_clear(qw_board *b)
     b->used = 0;
 }
 
+/* Cells that are set, or so many before one that is; by: fewer than the row has. */
+static void grow_row(const uint64_t *row, uint32_t words, uint32_t by, uint64_t *restrict to)
+{
+    uint32_t skipped = by / QW_WORD, left = words - skipped - 1, s = by % QW_WORD;
+    const uint64_t *from = row + skipped;
+    for (uint32_t w = 0; w < left; w++) to[w] = row[w] | from[w] >> s | (from[w + 1] << 1) << (QW_WORD - 1 - s);
+    to[left] = row[left] | from[left] >> s;
+    for (uint32_t w = left + 1; w < words; w++) to[w] = row[w];
+}
+
 void qw_board_stamp(qw_board *b, const qw_mask *m, uint32_t x, uint32_t y)
 {
     assert(y + m->down <= b->rows);
@@ -132,8 +142,7 @@ void qw_board_stamp(qw_board *b, const qw_mask *m, uint32_t x, uint32_t y)
         uint64_t *row = b->row + (size_t)(y + r) * b->words * b->levels;
         stamp_row(row, m->row + (size_t)r * m->words, m->words, x, true);
         for (uint32_t k = 1; k < b->levels; k++, row += b->words)
-            for (uint32_t w = 0; w < b->words; w++)
-                row[b->words + w] = row[w] | word_at(row, b->words, w * QW_WORD + (1u << (k - 1)));
+            grow_row(row, b->words, 1u << (k - 1), row + b->words);
     }
     if (b->used < y + m->down) b->used = y + m->down;
 }

@@ -63,18 +63,22 @@ typedef struct packer {
 
 /* ---- drawing */
 
+/* Inline, unlike the library's, as this is done for each side of each triangle in each row. */
+static double smaller(double a, double b) { return a < b ? a : b; }
+static double larger(double a, double b) { return a > b ? a : b; }
+
 /* The range along x of the part of a triangle between two heights. */
 static bool slice(const double p[3][2], double low, double high, double range[2])
 {
     range[0] = INFINITY, range[1] = -INFINITY;
     for (int i = 0; i < 3; i++) {
         const double *a = p[i], *b = p[(i + 1) % 3];
-        if (a[1] >= low && a[1] <= high) range[0] = fmin(range[0], a[0]), range[1] = fmax(range[1], a[0]);
+        if (a[1] >= low && a[1] <= high) range[0] = smaller(range[0], a[0]), range[1] = larger(range[1], a[0]);
         for (int side = 0; side < 2; side++) {
             double y = side ? high : low;
             if ((a[1] < y) == (b[1] < y)) continue;
             double x = a[0] + (b[0] - a[0]) * ((y - a[1]) / (b[1] - a[1]));
-            range[0] = fmin(range[0], x), range[1] = fmax(range[1], x);
+            range[0] = smaller(range[0], x), range[1] = larger(range[1], x);
         }
     }
     return range[0] <= range[1];
@@ -95,7 +99,7 @@ static void box_of(const qw_piece *p, uint32_t quarters, double least[2], double
     for (uint32_t i = 0; i < p->point_count; i++) {
         double q[2];
         turned(p->at[i], quarters, q);
-        for (int r = 0; r < 2; r++) least[r] = fmin(least[r], q[r]), most[r] = fmax(most[r], q[r]);
+        for (int r = 0; r < 2; r++) least[r] = smaller(least[r], q[r]), most[r] = larger(most[r], q[r]);
     }
     for (int r = 0; r < 2; r++) size[r] = most[r] - least[r];
 }
@@ -111,11 +115,11 @@ static void draw(const qw_piece *p, uint32_t quarters, double scale, uint32_t pa
         for (int i = 0; i < 3; i++) {
             turned(p->at[p->corner[3 * f + (uint32_t)i]], quarters, q[i]);
             for (int r = 0; r < 2; r++) q[i][r] = (q[i][r] - least[r]) * scale;
-            low = fmin(low, q[i][1]), high = fmax(high, q[i][1]);
+            low = smaller(low, q[i][1]), high = larger(high, q[i][1]);
         }
-        for (uint32_t y = (uint32_t)fmax(low, 0); y <= (uint32_t)high && y < down; y++) {
+        for (uint32_t y = (uint32_t)larger(low, 0); y <= (uint32_t)high && y < down; y++) {
             if (!slice((const double(*)[2])q, y, y + 1.0, range)) continue;
-            uint32_t from = (uint32_t)fmax(range[0], 0), to = (uint32_t)fmax(range[1], 0);
+            uint32_t from = (uint32_t)larger(range[0], 0), to = (uint32_t)larger(range[1], 0);
             qw_mask_fill(m, y + pad, from + pad, (to < across ? to : across - 1) + pad);
         }
     }

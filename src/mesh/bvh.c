@@ -310,7 +310,12 @@ static bool put_leaf(const qw_bvh *bvh, const qw_box_node *leaf, float radius, q
         float room = (radius + bvh->discs[i].radius) * 1.00001f;
         if (qw_length2(qw_sub(bvh->discs[i].centre, pocket->centre)) > room * room + bvh->tree.slack2) continue;
         if (pocket->count == QW_POCKET_SIZE) return false;
-        pocket->place[pocket->count++] = i;
+        uint32_t k = pocket->count++;
+        pocket->place[k] = i, pocket->around[k] = bvh->discs[i].radius;
+        pocket->at[0][k] = bvh->discs[i].centre.x, pocket->at[1][k] = bvh->discs[i].centre.y;
+        pocket->at[2][k] = bvh->discs[i].centre.z;
+        triangle t = triangle_of(bvh, bvh->discs[i].face);
+        pocket->corner[k][0] = t.a, pocket->corner[k][1] = t.b, pocket->corner[k][2] = t.c;
     }
     return true;
 }
@@ -444,20 +449,22 @@ static inline float box_entry(const qw_box_node *n, const ray *r)
 
 /* Moeller and Trumbore 1997. In double precision its rounding stays below the rim of 1e-12, so no ray slips between two
  * faces. */
-static void try_ray(const qw_bvh *bvh, uint32_t face, const ray *r, double *best_t, qw_hit *best)
+static void try_ray(triangle t, const ray *r, double *best_t, qw_hit *best)
 {
     const double rim = 1e-12;
-    if (face == r->skip) return;
-    triangle t = triangle_of(bvh, face);
+    if (t.face == r->skip) return;
     dvec ab = between(t.a, t.b), ac = between(t.a, t.c), ao = between(t.a, r->origin);
-    dvec d = {r->direction.x, r->direction.y, r->direction.z}, p = dcross(d, ac), q = dcross(ao, ab);
+    dvec d = {r->direction.x, r->direction.y, r->direction.z}, p = dcross(d, ac);
     double det = ddot(ab, p);
     if (det == 0) return;
-    double u = ddot(ao, p) / det, v = ddot(d, q) / det, s = ddot(ac, q) / det;
+    double u = ddot(ao, p) / det;
+    if (!(u >= -rim && u <= 1 + 2 * rim)) return; /* most end here */
+    dvec q = dcross(ao, ab);
+    double v = ddot(d, q) / det, s = ddot(ac, q) / det;
     if (!(u >= -rim && v >= -rim && u + v <= 1 + rim && s >= 0)) return;
-    if (s > *best_t || (s == *best_t && face >= best->face)) return;
+    if (s > *best_t || (s == *best_t && t.face >= best->face)) return;
     *best_t = s;
-    best->face = face;
+    best->face = t.face;
     best->distance2 = (float)(s * s);
     best->point = qw_madd(r->origin, (float)s, r->direction);
     best->weight[0] = (float)(1 - u - v);
@@ -484,7 +491,7 @@ qw_hit qw_bvh_ray(const qw_bvh *bvh, qw_vec3 origin, qw_vec3 direction, float ma
         float limit = qw_min_of((float)best_t * 1.000001f, FLT_MAX / 2);
         if (n->count > 0) {
             for (uint32_t i = n->first; i < n->first + n->count; i++)
-                try_ray(bvh, bvh->discs[i].face, &r, &best_t, &best);
+                try_ray(triangle_of(bvh, bvh->discs[i].face), &r, &best_t, &best);
             at = pop(&todo, qw_min_of((float)best_t * 1.000001f, FLT_MAX / 2));
             continue;
         }
@@ -495,14 +502,15 @@ qw_hit qw_bvh_ray(const qw_bvh *bvh, qw_vec3 origin, qw_vec3 direction, float ma
     return best;
 }
 
-/* Whether a ball around a point of the ray's line is met before what was found. */
-static bool may_meet(const qw_bvh *bvh, const disc *d, const ray *r, double best_t)
+/* Which of the balls in a pocket the ray's line meets: four at a time, as compilers lay this out. */
+static void find_met(const qw_bvh_pocket *p, const ray *r, float slack2, uint32_t *is_met)
 {
-    qw_vec3 to = qw_sub(d->centre, r->origin);
-    float along = qw_dot(to, r->direction), room = d->radius * 1.0001f;
-    float aside2 = qw_length2(to) * 0.9999f - along * along * 1.0001f;
-    return aside2 <= room * room + bvh->tree.slack2 &&
-           along - room <= (float)best_t * 1.0001f + sqrtf(bvh->tree.slack2);
+    for (uint32_t i = 0; i < p->count; i++) {
+        float x = p->at[0][i] - r->origin.x, y = p->at[1][i] - r->origin.y, z = p->at[2][i] - r->origin.z;
+        float along = x * r->direction.x + y * r->direction.y + z * r->direction.z, room = p->around[i] * 1.0001f;
+        float aside2 = (x * x + y * y + z * z) * 0.9999f - along * along * 1.0001f;
+        is_met[i] = aside2 <= room * room + slack2;
+    }
 }
 
 qw_hit qw_bvh_ray_near(const qw_bvh *bvh, const qw_bvh_pocket *pocket, qw_vec3 origin, qw_vec3 direction,
@@ -515,10 +523,13 @@ qw_hit qw_bvh_ray_near(const qw_bvh *bvh, const qw_bvh_pocket *pocket, qw_vec3 o
     qw_hit best = {.face = QW_NONE, .distance2 = max_distance * max_distance};
     ray r = {.origin = origin, .direction = direction, .skip = skip};
     double best_t = max_distance;
-    for (uint32_t i = 0; i < pocket->count; i++) {
-        const disc *d = &bvh->discs[pocket->place[i]];
-        if (may_meet(bvh, d, &r, best_t)) try_ray(bvh, d->face, &r, &best_t, &best);
-    }
+    uint32_t is_met[QW_POCKET_SIZE];
+    find_met(pocket, &r, t->slack2, is_met);
+    for (uint32_t i = 0; i < pocket->count; i++)
+        if (is_met[i]) {
+            const qw_vec3 *c = pocket->corner[i];
+            try_ray((triangle){c[0], c[1], c[2], bvh->discs[pocket->place[i]].face}, &r, &best_t, &best);
+        }
     return best;
 }
 

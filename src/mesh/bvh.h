@@ -51,6 +51,8 @@ typedef struct qw_bvh_pocket {
     qw_vec3 centre;
     float radius; /* 0: the ball meets more faces than there is room for; queries go through the tree then */
     uint32_t count, place[QW_POCKET_SIZE];
+    float at[3][QW_POCKET_SIZE], around[QW_POCKET_SIZE]; /* balls around the faces: centres, and radii */
+    qw_vec3 corner[QW_POCKET_SIZE][3];                   /* of the faces, for rays */
 } qw_bvh_pocket;
 void qw_bvh_fill_pocket(const qw_bvh *bvh, qw_vec3 centre, float radius, qw_bvh_pocket *pocket);
 /* As qw_bvh_nearest. pocket: quick where the point and what is nearest to it lie in its ball; never changes the answer;

@@ -52,7 +52,8 @@ async function compare(models) {
   const middle = box.getCenter(new three.Vector3()), radius = box.getSize(new three.Vector3()).length() / 2;
   const away = new three.Vector3(0.5, 0.35, 1).normalize(), camera = new three.PerspectiveCamera(39.6, 1, 0.1 * radius, 10 * radius);
   camera.position.copy(middle).addScaledVector(away, 2.6 * radius), camera.lookAt(middle);
-  const isColoured = loaded.input.meshes.some((m) => m.material.map || m.geometry.attributes.color);
+  const first = (material) => (Array.isArray(material) ? material[0] : material), white = new three.Color(0xffffff);
+  const isColoured = loaded.input.meshes.some((m) => first(m.material).map || m.geometry.attributes.color || !first(m.material).color.equals(white));
   const depth = new three.ShaderMaterial({
     vertexShader: 'varying float z; void main() { vec4 p = modelViewMatrix * vec4(position, 1.0); z = -p.z; gl_Position = projectionMatrix * p; }',
     fragmentShader: 'varying float z; uniform float from, span; void main() { float d = clamp((z - from) / span, 0.0, 1.0) * 255.0; gl_FragColor = vec4(floor(d) / 255.0, fract(d), 0.0, 1.0); }',
@@ -64,8 +65,8 @@ async function compare(models) {
     sun.position.copy(away).add(new three.Vector3(0.3, 0.6, 0));
     scene.add(loaded[what].root, sun, new three.AmbientLight(0xffffff, 0.9));
     for (const mesh of loaded[what].meshes) {
-      const own = (mesh.userData.own ??= mesh.material), normalMap = own.normalMap ?? null, { normalScale } = own;
-      const plain = new three.MeshStandardMaterial({ color: isColoured && own.map ? 0xffffff : 0xcccccc, map: own.map ?? null, roughness: 1, metalness: 0, side: three.DoubleSide, vertexColors: Boolean(mesh.geometry.attributes.color), normalMap });
+      const own = (mesh.userData.own ??= first(mesh.material)), normalMap = own.normalMap ?? null, { normalScale } = own;
+      const plain = new three.MeshStandardMaterial({ color: isColoured && what !== 'quads' ? own.color : 0xcccccc, map: own.map ?? null, roughness: 1, metalness: 0, side: three.DoubleSide, vertexColors: Boolean(mesh.geometry.attributes.color), normalMap });
       const shaded = new three.MeshNormalMaterial({ side: three.DoubleSide, normalMap });
       if (normalMap) plain.normalScale.copy(normalScale), shaded.normalScale.copy(normalScale);
       mesh.material = { lit: plain, normal: shaded, depth }[kind];
