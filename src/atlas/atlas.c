@@ -53,23 +53,23 @@ static void sum_stretch(maker *k)
     if (total > 0) k->atlas->angle /= total, k->atlas->area /= total;
 }
 
+static const double FILLED = 0.7; /* of the square, by charts that pack well */
+
 typedef struct trial {
     maker k;
     qw_pack_options pack;
     uint32_t *local;
 } trial;
 
-static double try_packing(void *user, const qw_charts_made *made, bool quick)
+static bool try_packing(void *user, const qw_charts_made *made)
 {
     trial *t = user;
-    qw_pack_options pack = t->pack;
-    pack.is_trial = quick;
     qw_scope_begin(t->k.env);
     t->k.made = made;
     take_pieces(&t->k, t->local);
-    double used = qw_pack(t->k.env, t->k.piece, made->count, &pack).used;
+    double used = qw_pack(t->k.env, t->k.piece, made->count, &t->pack).used;
     qw_scope_end(t->k.env);
-    return used;
+    return used >= FILLED;
 }
 
 /* Rounds a chart's place to whole multiples of the grid. at: double[vertex_count][2], within the tile; shift: of the
@@ -127,7 +127,7 @@ qw_atlas qw_make_atlas(qw_env *env, qw_atlas_mesh *mesh, const qw_atlas_options 
     uint32_t *local = QW_NEW(env, uint32_t, mesh->corner_count);
     maker k = {.env = env, .mesh = mesh, .atlas = &atlas};
     trial t = {.k = k, .pack = options->pack, .local = local};
-    t.pack.is_untold = true, t.pack.scale = 0;
+    t.pack.is_untold = true, t.pack.scale = 0, t.pack.enough = FILLED;
     qw_charts_made made = qw_make_charts(env, mesh, options->most_stretch, options->weight, options->mirror,
                                          try_packing, &t);
     k.made = &made;

@@ -622,13 +622,11 @@ typedef struct choice {
     state best;
 } choice;
 
-/* Whether they pack well: where a short trial leaves that open, by all orders. */
+/* Whether they pack well. */
 static bool try_charts(choice *c, state *s)
 {
     go_back(c->k, s);
-    const double LIKELY = 0.69, FILLED = 0.7; /* of the square: in a short trial, and by all orders */
-    double share = c->trial(c->user, &c->k->made, true);
-    if (share < LIKELY || (share < FILLED && c->trial(c->user, &c->k->made, false) < FILLED)) return false;
+    if (!c->trial(c->user, &c->k->made)) return false;
     c->best = *s;
     return true;
 }

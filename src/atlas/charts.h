@@ -24,8 +24,8 @@ typedef struct qw_charts_made {
     double (*uv)[2]; /* double[corner_count][2]: of each corner within its chart, lengths those in space */
 } qw_charts_made;
 
-/* The share of the square that charts fill; quick: about that. */
-typedef double qw_chart_trial(void *user, const qw_charts_made *made, bool quick);
+/* Whether charts fill enough of the square. */
+typedef bool qw_chart_trial(void *user, const qw_charts_made *made);
 
 /* most_stretch: bound of the mean of the larger of s1 and 1 / s2 over a chart (flat.h). weight: double[corner_count]:
    how much a seam along each edge is to be avoided, 1 in the mean; may be NULL. mirror: uint32_t[corner_count]:

@@ -21,8 +21,7 @@ enum {
     FINE_CELLS = 1024,  /* while pieces are pushed */
     SETTLES = 12,       /* changes of the scale until something fits */
     EFFORT = 20000,     /* pieces that are placed in orders that are tried */
-    MOST_BATCHES = 120, /* of SLOTS orders */
-    TRIAL_BATCHES = 12
+    MOST_BATCHES = 120  /* of SLOTS orders */
 };
 static const double PACKING = 0.65;     /* share of the work on texture coordinates that comes before */
 static const double STEP = 1.002;       /* of the scale, at least */
@@ -383,16 +382,29 @@ static void settle(packer *k, const qw_pack_options *o, double scale)
     keep_good(k);
 }
 
-static uint32_t batches_of(const packer *k, const qw_pack_options *o)
+static uint32_t batches_of(const packer *k)
 {
-    uint32_t batches = EFFORT / (SLOTS * k->count) + 1, most = o->is_trial ? TRIAL_BATCHES : MOST_BATCHES;
-    return batches < most ? batches : most;
+    uint32_t batches = EFFORT / (SLOTS * k->count) + 1;
+    return batches < MOST_BATCHES ? batches : MOST_BATCHES;
+}
+
+/* Of the square that the last layout that fitted fills. */
+static double share_of(const packer *k) { return k->total * k->good_scale * k->good_scale / k->tiles; }
+
+/* Whether a search for enough ends: that is found, or, as the first tenth of it says, and two fifths, out of reach. */
+static bool is_settled(const packer *k, const qw_pack_options *o, uint32_t tried, uint32_t batches)
+{
+    const double FAR = 0.09, NEAR = 0.03; /* of the square: hardly any search finds as much more from there on */
+    double lacks = o->enough - share_of(k);
+    if (o->enough == 0 || lacks <= 0) return o->enough > 0;
+    return (10 * tried >= batches && lacks > FAR) || (5 * tried >= 2 * batches && lacks > NEAR);
 }
 
 /* Tries orders near the best at scales that grow each time one fits. */
-static void grow(packer *k, uint32_t batches)
+static void grow(packer *k, const qw_pack_options *o)
 {
-    for (uint32_t i = 0; i < batches; i++) {
+    uint32_t batches = batches_of(k);
+    for (uint32_t i = 0; i < batches && !is_settled(k, o, i, batches); i++) {
         if (k->best.top <= k->side) {
             double more = fmax(STEP, room_above(k));
             keep_good(k);
@@ -513,12 +525,12 @@ static void push_together(packer *k, const qw_pack_options *o)
 
 static void find_scale(packer *k, const qw_pack_options *o)
 {
-    k->batches = o->is_untold ? 0 : batches_of(k, o) + SETTLES;
+    k->batches = o->is_untold ? 0 : batches_of(k) + SETTLES;
     begin_orders(k);
     set_cells(k, o, COARSE_CELLS, 0), begin_boards(k);
     settle(k, o, sqrt(FIRST_SHARE * o->tiles / k->total));
-    grow(k, batches_of(k, o));
-    if (o->texels > COARSE_CELLS) push_together(k, o);
+    grow(k, o);
+    if (o->texels > COARSE_CELLS && (o->enough == 0 || share_of(k) < o->enough)) push_together(k, o);
 }
 
 /* At a scale that is given: a few orders more than the first. */
@@ -527,7 +539,7 @@ static void fit_scale(packer *k, const qw_pack_options *o)
     begin_orders(k);
     set_cells(k, o, FINE_CELLS / 2, 0), begin_boards(k);
     begin_scale(k, o->scale, NULL);
-    k->batches = batches_of(k, o) / 8 + 1;
+    k->batches = batches_of(k) / 8 + 1;
     try_slots(k);
     for (uint32_t i = 1; i < k->batches && k->best.top > k->side && k->best.top != UINT32_MAX; i++) try_near(k);
     if (k->best.top > k->side)

@@ -27,7 +27,7 @@ typedef struct qw_pack_options {
     uint32_t margin; /* texels between charts, at least; half of it to the border */
     uint32_t tiles;  /* at most */
     double scale;    /* 0: the largest that fits */
-    bool is_trial;   /* a few orders only */
+    double enough;   /* share of the square with which the search ends, or where that is not in sight; 0: it does not */
     bool is_untold;  /* without an account of progress */
 } qw_pack_options;
 
