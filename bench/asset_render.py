@@ -4,7 +4,7 @@ by Cycles from the same place. Mean difference of the pictures, of 255, where bo
 usage: asset_render.py QUADWRIGHT FOLDER MESH... [--no-blender] (OBJ, or GLB with a texture)   (needs Debian's blender and numpy; pictures and a table come to FOLDER: NAME-cycles.png: input, quads, quads with our maps; what is there already, NAME.json, is not made again; --no-blender: the program's files alone)"""
 import json, pathlib, shutil, subprocess, sys, time
 
-TEXELS, FACES, SIZE, SAMPLES = 2048, 5000, 320, 64  # SIZE: of pictures, SAMPLES: of a pixel
+TEXELS, FACES, SIZE, SAMPLES = 2048, 5000, 320, 32  # SIZE: of pictures, SAMPLES: of a pixel
 SCENE = """
 import numpy; numpy.bool = bool  # Debian's glTF importer
 import bpy, mathutils, sys, time, json
@@ -73,7 +73,7 @@ for link in list(m.node_tree.links):
 whole.hide_render = False; whole.select_set(True); bpy.context.view_layer.objects.active = bare
 size = max(whole.dimensions)
 begin = time.time()
-scene.cycles.samples = 4
+scene.cycles.samples = 2
 bpy.ops.object.bake(type='NORMAL', use_selected_to_active=True, cage_extrusion=0.02 * size, max_ray_distance=0.04 * size, margin=4)
 if coloured:
     t = m.node_tree.nodes.new('ShaderNodeTexImage'); t.image = bpy.data.images.new('colour', TEXELS, TEXELS); m.node_tree.nodes.active = t
