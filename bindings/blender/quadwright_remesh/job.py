@@ -10,7 +10,7 @@ import time
 import bpy
 import numpy as np
 
-from . import bake, child, rebuild, settings as settings_module, snapshot as snapshots, state, words
+from . import bake, child, levels, rebuild, settings as settings_module, snapshot as snapshots, state, words
 from .snapshot import Refusal
 
 MOST_SURFACES = 4  # that the worker keeps
@@ -28,7 +28,7 @@ class Item:
         self.reply = self.arrays = None
 
 
-def _again(obj, settings):
+def _again(context, obj, settings):
     """The Snapshot that this object's unchanged quads were made from, or None."""
     source, made = state.sources.get(obj.data.name, (None, None)) if obj.type == "MESH" else (None, None)
     if source is None or source.object_name != obj.name:
@@ -41,7 +41,10 @@ def _again(obj, settings):
     scale, stretch = snapshots.stretch_of(obj)
     same_stretch = np.allclose(stretch, source.stretch) if stretch is not None and source.stretch is not None else stretch is source.stretch
     staying = source.halving[0] if source.halving else None
-    if source.region is None and any(m.name != staying for m in snapshots.applied_modifiers(obj, settings)):
+    own, highest = source.levels or (None, None)
+    if source.region is None and any(m.name not in (staying, own) for m in snapshots.applied_modifiers(obj, settings)):
+        return None
+    if own and own in obj.modifiers and (obj.mode == "SCULPT" or levels.fingerprint(context, obj) != highest):
         return None
     if abs(scale - source.scale) > 1e-6 * scale or not same_stretch or snapshots.fingerprint(obj.data) != made:
         return None
@@ -80,7 +83,7 @@ class Job:
     def _add(self, context, obj, settings):
         try:
             snapshots.check_editable(obj)
-            source = _again(obj, settings)
+            source = _again(context, obj, settings)
             found = source or snapshots.Snapshot(context, obj, settings)
             item = Item(found, obj.name, snapshots.fingerprint(obj.data) if source else found.before, source is not None)
             self._prepare(context, item, settings)
@@ -300,11 +303,15 @@ class Job:
             else:
                 notes.append(f"the Mirror modifier {source.halving[0]} was applied, as the quads of both sides are not alike")
         keep = self.keep - {"UVS"} if item.reply["asset"] else self.keep
+        fine = quads if levels.times(quads) and self.settings.multires and not item.reply["asset"] else None
+        quads = levels.level_zero(fine) if fine else quads
         mesh = rebuild.build(source, quads, obj.data, keep)
         try:
             bake.restore(mesh, source.slots)
             item.lost = rebuild.mark_edges(mesh, source, quads, set(self.settings.marks))
             rebuild.mark_faces(mesh, source, quads)
+            if fine:  # creases bend the levels: after these
+                levels.displace(bpy.context, mesh, fine)
             rebuild.dress(bpy.context, mesh, source, quads, obj.data, self.keep)
             if item.reply["asset"]:
                 bake.dress(mesh, obj.name, rebuild.own_of(source, quads), next((m for m in obj.data.materials if m), None))
@@ -323,17 +330,24 @@ class Job:
         removed = [
             name for name in source.applied if name in obj.modifiers and name != staying and not (item.is_again and name != (source.halving or [None])[0])
         ]
+        others = [] if source.applied and not item.is_again else sharing  # they get the mesh, too
+        for name in removed:
+            obj.modifiers.remove(obj.modifiers[name])
+        for each in [obj] + others if source.levels else []:
+            levels.remove_modifier(each, source.levels[0])
         obj.data = mesh
         for slot in obj.material_slots if item.reply["asset"] and item.snapshot.look else ():
             slot.link = "DATA"
-        if sharing and (source.applied and not item.is_again):
+        if len(others) < len(sharing):
             notes.append(f"the mesh was shared with {words.count(len(sharing), 'other object')}; {obj.name} has one of its own now")
-        elif sharing:
-            for other in sharing:
+        elif others:
+            for other in others:
                 other.data = mesh
             notes.append(f"{words.count(len(sharing), 'other object shares', 'other objects share')} the mesh and changed too")
-        for name in removed:
-            obj.modifiers.remove(obj.modifiers[name])
+        source.levels = None
+        if quads.has_levels:
+            names = [levels.add_modifier(each) for each in [obj] + others]
+            source.levels = names[0], levels.fingerprint(context, obj)
         if removed:
             notes.append(f"modifiers were applied: {', '.join(removed)}")
         if source.region is not None and snapshots.applied_modifiers(obj, self.settings):

@@ -129,6 +129,8 @@ class QUADWRIGHT_PT_rest(_Panel, bpy.types.Panel):
             if name in ("wrap", "wrap_distance", "wrap_quads"):  # in the panel above
                 continue
             layout.prop(context.scene.quadwright, "option_" + name)
+            if name == "subdivide" and context.scene.quadwright.option_subdivide > 0:
+                layout.prop(context.scene.quadwright, "multires")
 
 
 class QUADWRIGHT_PT_report(_Panel, bpy.types.Panel):

@@ -60,12 +60,16 @@ def influences(weights, bones):
 
 class Quads:
     """What the worker gave: vertices float64 (n, 3) in the object's own coordinates, quads int32 (m, 4), and what was carried.
+    coarse: with levels, float64 (k, 3), the first vertices as they were before the quads were split.
     Behind the quads come the faces of a region's surroundings: kept int32 (k,), vertices at their corners; kept_sizes int32 (faces,);
     kept_from int32 (k,), those corners of the surface. still, still_from: vertices of theirs, and those of the surface that they are.
     loose: int32 (edges, 2), those of no face."""
 
+    has_levels = False  # whether its mesh has those of a Multiresolution modifier
+
     def __init__(self, snapshot, arrays):
         self.vertices = snapshot.to_local(arrays["vertices"])
+        self.coarse = snapshot.to_local(arrays["coarse vertices"]) if "coarse vertices" in arrays else None
         self.quads = arrays["quads"]
         none = np.zeros(0, np.int32)
         self.kept, self.kept_sizes, self.kept_from = (arrays.get(name, none) for name in ("kept", "kept sizes", "kept from"))
@@ -153,9 +157,12 @@ class Quads:
         made.kept = made.kept_sizes = made.kept_from = made.still = made.still_from = np.zeros(0, np.int32)
         made.loose = self.loose
         made.arrays = {}
+        made.coarse = self.coarse
+        if self.coarse is not None and not made._halve_level_zero(self, faces, used[used < len(self.coarse)], number, axis, on_side):
+            return None
         vertices, quads, corners = len(self.vertices), len(self.quads), 4 * len(self.quads)
         for name, array in self.arrays.items():
-            if name in ("vertices", "quads"):
+            if name in ("vertices", "quads") or name.startswith("coarse "):
                 continue
             if name == "creases":
                 both = number[array]
@@ -163,6 +170,16 @@ class Quads:
                 continue
             made.arrays[name] = array[self._rows(name, array, counts, (vertices, quads, corners))]
         return made
+
+    def _halve_level_zero(self, whole, faces, used, number, axis, on_side):
+        """Level 0 of a half; False where one of its quads crosses the plane."""
+        coarse = whole.arrays["coarse quads"]
+        block = len(whole.quads) // len(coarse)
+        chosen = np.unique(faces // block)
+        self.coarse = whole.coarse[used].copy()
+        self.coarse[~on_side[used], axis] = 0
+        self.arrays["coarse quads"] = number[coarse[chosen]].astype(np.int32)
+        return len(faces) == block * len(chosen)
 
     def _rows(self, name, array, counts, sizes):
         vertices, quads, corners = sizes

@@ -252,6 +252,13 @@ def _annotations():
             description="A UV map of the quads' own, and on it what the surface looks like: colors, normals and what else its materials have, "
             "as packed images of a new material",
         ),
+        "multires": bpy.props.BoolProperty(
+            name="Multiresolution",
+            default=True,
+            update=_changed,
+            description="Where quads are split (Subdivide), the object has the coarse ones and a Multiresolution modifier with the others as its levels; "
+            "off gives it the finest",
+        ),
         "keep_original": bpy.props.BoolProperty(name="Keep Original", default=False, description="Keep a hidden copy of the object as it was"),
         "selected_only": bpy.props.BoolProperty(
             name="Selected Faces Only",

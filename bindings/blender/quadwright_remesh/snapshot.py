@@ -134,6 +134,7 @@ class Snapshot:
         self.object_name = obj.name
         self.mesh_name = obj.data.name
         self.notes = []
+        self.levels = None  # of its quads: the name of their Multiresolution modifier, and what the highest level was
         self.scale, self.stretch = stretch_of(obj)
         if obj.mode == "EDIT":
             obj.update_from_editmode()

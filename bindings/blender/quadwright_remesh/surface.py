@@ -61,6 +61,8 @@ class Surface:
         out = {"vertices": result.vertices, "quads": result.quads}
         if result.creases is not None:
             out["creases"] = result.creases
+        if result.coarse is not None:
+            out["coarse vertices"], out["coarse quads"] = result.coarse
         if self.region is not None:
             out.update(self._kept(result))
         for name, attribute in result.attributes.items():

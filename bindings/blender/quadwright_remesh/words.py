@@ -39,7 +39,8 @@ def sentences(report, transfer, seconds, lost, notes, materials=(), follows_seam
     topology = report["topology"]
     vertices = topology["vertices"]
     kept = report["kept_faces"]
-    quads, irregular = topology["faces"] - kept, topology["irregular"] + topology["irregular_boundary"]
+    coarse = report["coarse_faces"]  # what was split, if anything
+    quads, irregular = coarse or topology["faces"] - kept, topology["irregular"] + topology["irregular_boundary"]
     lines = [
         ("MESH_GRID", f"{count(quads, 'quad')}, {report['faces_asked']:,} asked for, in {seconds:.1f} s"),
         (
@@ -48,6 +49,8 @@ def sentences(report, transfer, seconds, lost, notes, materials=(), follows_seam
         ),
         ("DOT", f"Corners are {report['angle_rms']:.1f}\N{DEGREE SIGN} off the right angle, areas {100 * report['area_cv']:.0f} % off their mean"),
     ]
+    if coarse:
+        lines.insert(1, ("MOD_MULTIRES", f"Split into {count(topology['faces'], 'quad')}"))
     if asset:
         lines.append(("UV", f"{count(asset['charts'], 'chart')}, {100 * asset['used']:.0f} % of the texture used"))
         if asset["texels"] is not None:

@@ -16,6 +16,7 @@ import bmesh
 import bpy
 import numpy as np
 from mathutils import Vector
+from mathutils.kdtree import KDTree
 
 import character
 import common
@@ -347,6 +348,130 @@ class Button(Case):
         self.settings.target, self.settings.faces = "FACES", 500
         remesh()
         self.assertIn("500 asked for", self.lines(other))
+
+
+class Levels(Case):
+    """Quads that were split: level 0 of a Multiresolution modifier."""
+
+    def setUp(self):
+        super().setUp()
+        self.settings.target, self.settings.faces, self.settings.option_subdivide = "FACES", 100, 2
+
+    @staticmethod
+    def level(obj, number):
+        """The mesh that the modifier makes: positions and the number of its quads."""
+        obj.modifiers["Multires"].levels = number
+        graph = bpy.context.evaluated_depsgraph_get()
+        graph.update()
+        mesh = obj.evaluated_get(graph).data
+        return places(mesh), len(mesh.polygons)
+
+    def test_every_level(self):
+        obj = sphere()
+        data = obj.data.copy()  # Blender makes another sphere each time
+        self.settings.multires = False
+        remesh()
+        points, count = places(obj.data), len(obj.data.polygons)
+        self.assertEqual(len(obj.modifiers), 0)
+        module("state").forget()
+        obj.data, self.settings.multires = data, True
+        remesh()
+        modifier = obj.modifiers["Multires"]
+        self.assertEqual((modifier.type, modifier.total_levels, modifier.levels, modifier.render_levels), ("MULTIRES", 2, 2, 2))
+        coarse = len(quads(obj.data))
+        self.assertEqual(count, 16 * coarse)
+        for number in range(3):
+            self.assertEqual(self.level(obj, number)[1], coarse * 4**number)
+        found = self.level(obj, 2)[0]
+        tree = KDTree(len(found))
+        for index, point in enumerate(found):
+            tree.insert(point, index)
+        tree.balance()
+        nearest = [tree.find(point) for point in points]
+        self.assertEqual(len({index for _, index, _ in nearest}), len(points))
+        self.assertLess(max(distance for _, _, distance in nearest), 1e-5)
+        first = len(obj.data.vertices)
+        self.assertLess(np.linalg.norm(found[:first] - places(obj.data), axis=1).max(), 0.05)
+        self.assertIn(f"Split into {count:,} quads", self.lines(obj))
+        self.assertIn(f"{coarse} quads, 100 asked for", self.lines(obj))
+
+    def test_what_comes_along(self):
+        """Groups and materials of level 0, texture coordinates, shape keys, and a half beside a Mirror modifier."""
+        obj = sphere()
+        mesh = obj.data
+        for name in ("left", "right"):
+            mesh.materials.append(bpy.data.materials.new(name))
+        centers = read(mesh.polygons, "center", np.float32, 3)
+        mesh.polygons.foreach_set("material_index", (centers[:, 2] > 0).astype(np.int32))
+        group = obj.vertex_groups.new(name="top")
+        group.add(np.flatnonzero(places(mesh)[:, 2] > 0).tolist(), 1.0, "REPLACE")
+        obj.shape_key_add(name="Basis")
+        obj.shape_key_add(name="far").data.foreach_set("co", (2 * places(mesh)).astype(np.float32).reshape(-1))
+        remesh()
+        mesh = obj.data
+        centers = read(mesh.polygons, "center", np.float32, 3)
+        self.assertTrue(((centers[:, 2] > 0) == (read(mesh.polygons, "material_index", np.int32) > 0)).all())
+        at = places(mesh)
+        weights = np.array([sum(g.weight for g in v.groups) for v in mesh.vertices])
+        self.assertTrue((weights[at[:, 2] > 0.1] > 0.99).all() and (weights[at[:, 2] < -0.1] < 0.01).all())
+        far = read(mesh.shape_keys.key_blocks["far"].data, "co", np.float32, 3)
+        self.assertLess(np.abs(far - at - at / np.linalg.norm(at, axis=1)[:, None]).max(), 0.1)
+        self.assertEqual(len(mesh.uv_layers[0].data), 4 * len(mesh.polygons))
+
+    def test_half(self):
+        obj = sphere()
+        bm = bmesh.new()
+        bm.from_mesh(obj.data)
+        bmesh.ops.delete(bm, geom=[f for f in bm.faces if f.calc_center_median().x < 0], context="FACES")
+        bm.to_mesh(obj.data)
+        bm.free()
+        obj.modifiers.new("Mirror", "MIRROR")
+        remesh()
+        self.assertEqual([m.type for m in obj.modifiers], ["MULTIRES", "MIRROR"])
+        self.assertGreater(places(obj.data)[:, 0].min(), -1e-6)
+        points, count = self.level(obj, 2)
+        self.assertEqual(count, 32 * len(obj.data.polygons))
+        self.assertLess(np.abs(np.linalg.norm(points, axis=1) - 1).max(), 0.02)
+
+    def test_again(self):
+        """From the surface while nothing was sculpted; what was is the surface of the next run."""
+        obj = sphere()
+        remesh()
+        self.settings.faces = 60
+        self.level(obj, 1)
+        remesh()
+        self.assertIn("60 asked for", self.lines(obj))
+        source = module("state").sources[obj.data.name][0]
+        self.assertEqual(len(source.sizes), 96 * 48)
+        self.assertEqual([m.type for m in obj.modifiers], ["MULTIRES"])
+        larger = bpy.data.meshes.new("larger")
+        larger.from_pydata((1.5 * self.level(obj, 2)[0]).tolist(), [], [])
+        other = bpy.data.objects.new("larger", larger)
+        bpy.context.scene.collection.objects.link(other)
+        with bpy.context.temp_override(object=obj, active_object=obj, selected_objects=[obj, other], selected_editable_objects=[obj, other]):
+            bpy.ops.object.multires_reshape(modifier="Multires")
+        self.settings.option_subdivide = 0
+        remesh()
+        self.assertEqual(len(obj.modifiers), 0)
+        self.assertIn("Modifiers were applied: Multires", self.lines(obj))
+        self.assertGreater(np.linalg.norm(places(obj.data), axis=1).min(), 1.4)
+
+    def test_cage(self):
+        """Creases of a cage, in edit mode, with a mesh that another object shares."""
+        bpy.ops.mesh.primitive_cube_add()
+        obj = bpy.context.object
+        other = bpy.data.objects.new("other", obj.data)
+        bpy.context.scene.collection.objects.link(other)
+        self.settings.option_fit_to = "limit"
+        bpy.ops.object.mode_set(mode="EDIT")
+        remesh()
+        self.assertEqual(obj.mode, "EDIT")
+        bpy.ops.object.mode_set(mode="OBJECT")
+        self.assertGreaterEqual((read(obj.data.edges, "crease", np.float32) > 0.99).sum(), 12)
+        for each in (obj, other):
+            points, count = self.level(each, 2)
+            self.assertEqual(count, 16 * len(obj.data.polygons))
+            self.assertLess(np.abs(np.abs(points).max(1) - 1).max(), 1e-3)
 
 
 class Refused(Case):

@@ -359,7 +359,7 @@ class Result(_Meshlike):
     save() writes the maps too. provenance: a Provenance where it was asked for or attributes were carried, else None. field: float32 (vertices or faces of
     the input, 3), a direction of each cross that the quads followed, or None. coarse: with subdivide, (vertices, quads) of what was split, level 0: its
     vertices are the first of the result, and quad f became the quads 4 ** subdivide * f and on; else None. creases: with fit_to="limit", int32 (k, 2), vertices of edges that are infinitely sharp creases of the Catmull-Clark surface, of corners
-    twice the same; None where there is none. library: the mtllib of the OBJ file that the surface is from. scene: what
+    twice the same, of level 0 where quads were split; None where there is none. library: the mtllib of the OBJ file that the surface is from. scene: what
     its glTF file holds beside it, which save() writes into a .glb or .gltf; or None.
     """
 
@@ -378,7 +378,8 @@ class Result(_Meshlike):
         self.provenance = None if provenance is None else Provenance(provenance)
         self.field = None if field is None else np.asarray(field)
         self.coarse = None if coarse is None else (np.asarray(coarse[0]), np.asarray(coarse[3]))
-        self.creases = None if marks is None else np.asarray(marks)
+        creases = marks if coarse is None else coarse[4]
+        self.creases = None if creases is None else np.asarray(creases)
         self.library = library
         self.scene = scene
         self.asset, self.maps, self._run = None, {}, None

@@ -256,3 +256,17 @@ def test_what_was_split_is_there(surface):
     assert vertices.shape == (quads.max() + 1, 3) and vertices.dtype == np.float64
     for corner in range(4):  # the first quad of each quarter begins at its corner
         assert (result.quads[4 * corner::16, 0] == quads[:, corner]).all()
+    assert result.creases is None
+
+
+def test_creases_are_those_of_what_was_split():
+    """Marks of a cage name vertices of level 0, which has the edges between them."""
+    corners = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
+    cube = corners, np.array([[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]])
+    for splits in (0, 1):
+        result = quadwright.remesh(*cube, faces=96, fit_to="limit", subdivide=splits)
+        quads = result.quads if splits == 0 else result.coarse[1]
+        ends = np.sort(np.stack([quads, np.roll(quads, -1, 1)], -1).reshape(-1, 2), 1)
+        edges = {tuple(pair) for pair in ends.tolist()}
+        creases = np.sort(result.creases[result.creases[:, 0] != result.creases[:, 1]], 1)
+        assert len(creases) >= 12 and all(tuple(pair) in edges for pair in creases.tolist())
