@@ -98,6 +98,22 @@ static void quads_are_split_and_lie_nearer(void **state)
     shape_free(&s);
 }
 
+/* Quads that are mended for solvers keep the order of the levels: only what is not split yet gets other edges. */
+static void mended_levels_are_nested(void **state)
+{
+    (void)state;
+    shape s = shape_hand(3);
+    qw_options o = asking(80, 1, 0);
+    o.jacobian_min = 0.3;
+    qw_context *context = run_of(&s, &o);
+    qw_mesh_view coarse, fine = result_of(context);
+    assert_int_equal(qw_get_coarse(context, &coarse), QW_OK);
+    assert_int_equal(fine.face_count, 4 * coarse.face_count);
+    for (size_t c = 0; c < 4 * (size_t)coarse.face_count; c++) assert_int_equal(fine.corners[4 * c], coarse.corners[c]);
+    qw_destroy(context);
+    shape_free(&s);
+}
+
 /* The sharp edges of a cube stay straight and its sides plane, however often it is split. */
 static void sharp_edges_stay(void **state)
 {
@@ -488,6 +504,7 @@ QW_TEST_SUITE(levels)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(quads_are_split_and_lie_nearer),
+        cmocka_unit_test(mended_levels_are_nested),
         cmocka_unit_test(sharp_edges_stay),
         cmocka_unit_test(boundaries_that_stay_are_not_split),
         cmocka_unit_test(too_many_are_refused_at_once),

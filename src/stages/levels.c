@@ -2,6 +2,7 @@
 
 #include "stages/exact.h"
 
+#include "base/promise.h"
 #include "core/cut.h"
 #include "core/mirror.h"
 #include "core/output.h"
@@ -20,7 +21,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Tries of turning sides of quads, and the quads that are looked at again in all of them. */
+/* Changes that are tried, and the quads that are looked at again in all of them. */
 enum { LEAST_TURNS = 16, MOST_TURNED = 1 << 18 };
 
 /* The quads of the result while they are fitted and split. */
@@ -173,45 +174,112 @@ static bool has_rim(const leveling *l, uint32_t f)
     return false;
 }
 
-/* Turns the side h of a low quad on, or back, and moves vertices again; kept where fewer quads are low then, and none
-   lower than the lowest was. */
-static bool turn_side(leveling *l, uint32_t h, qw_quad_move_kind way, uint32_t *low, float *least)
+/* One quad becomes five: one around its middle, and one along each side, so that each of its corners gets an edge. */
+static void inset_quad(qw_quadmesh *m, uint32_t f)
+{
+    assert(f < m->face_count);
+    uint32_t ring = m->face_count, first = m->vertex_count, corner[4], twin[4];
+    uint8_t mark[4];
+    qw_vec3 middle = qw_quad_middle(m->position, m->corner + 4 * (size_t)f);
+    for (uint32_t i = 0; i < 4; i++) {
+        corner[i] = m->corner[4 * f + i], twin[i] = m->twin[4 * f + i], mark[i] = m->mark[4 * f + i];
+        m->position[first + i] = qw_scale(qw_add(middle, m->position[corner[i]]), 0.5f);
+        m->kind[first + i] = QW_VERTEX_FREE, m->component[first + i] = m->component[corner[i]];
+    }
+    for (uint32_t i = 0; i < 4; i++) {
+        uint32_t after = (i + 1) & 3, h = 4 * (ring + i), inner = 4 * f + i;
+        const uint32_t corners[4] = {corner[i], corner[after], first + after, first + i};
+        memcpy(m->corner + h, corners, sizeof corners);
+        memset(m->mark + h, 0, 4);
+        m->twin[h] = twin[i], m->mark[h] = mark[i];
+        if (twin[i] != QW_NONE) m->twin[twin[i]] = h;
+        m->twin[h + 1] = 4 * (ring + after) + 3, m->twin[4 * (ring + after) + 3] = h + 1;
+        m->twin[h + 2] = inner, m->twin[inner] = h + 2;
+        m->corner[inner] = first + i, m->mark[inner] = 0;
+    }
+    m->face_count += 4, m->vertex_count += 4;
+}
+
+/* What may be done about a low quad besides moving vertices, in this order: its sides are turned, edges are added. */
+typedef enum mend { TURN_ON, TURN_BACK, INSET, MENDS } mend;
+
+/* How many quads are low, the lowest of all, and how often changes were tried. */
+typedef struct mending {
+    uint32_t low, tries;
+    float least;
+} mending;
+
+/* Whether the mesh can be changed so at the half-edge h, and it is. */
+static bool change_at(const leveling *l, qw_quad_edit *e, uint32_t h, mend way)
+{
+    uint32_t beyond = l->quads.twin[h];
+    if (has_rim(l, h / 4)) return false;
+    if (way != INSET) {
+        qw_quad_move_kind kind = way == TURN_ON ? QW_ROTATE_ON : QW_ROTATE_BACK;
+        return beyond != QW_NONE && !has_rim(l, beyond / 4) && qw_make_quad_move(e, (qw_quad_move){h, kind}, false);
+    }
+    double wanted = qw_faces_wanted(l->run, &l->run->options);
+    if (h % 4 != 0 || !qw_is_near_count(wanted, l->quads.face_count + 4.0, 1)) return false;
+    qw_quad_edit_reserve(e, 4);
+    inset_quad(&e->mesh, h / 4);
+    return true;
+}
+
+/* The vertices that stay, of a mesh that may have more than before; those that are new are put on the surface. */
+static uint8_t *place_new(const leveling *l, qw_quadmesh *m)
+{
+    uint32_t before = l->quads.vertex_count;
+    uint8_t *stays = QW_NEW_ZERO(l->run->env, uint8_t, m->vertex_count);
+    if (m->vertex_count > before) {
+        memset(stays, 1, before);
+        qw_put_on_shape(l->run->env, m, &l->shape, stays);
+        memset(stays, 0, before);
+    }
+    if (l->stays) memcpy(stays, l->stays, before);
+    return stays;
+}
+
+/* Changes the mesh beside a low quad and moves vertices again; kept where fewer quads are low then, and none lower than
+   the lowest was. */
+static void mend_at(leveling *l, uint32_t h, mend way, mending *m)
 {
     qw_run_state *run = l->run;
-    uint32_t beyond = l->quads.twin[h];
-    if (beyond == QW_NONE || has_rim(l, h / 4) || has_rim(l, beyond / 4)) return false;
     qw_scope_begin(run->env);
     qw_quad_edit e = qw_quad_edit_open(run->env, &l->quads);
-    bool is_better = false;
-    if (qw_make_quad_move(&e, (qw_quad_move){h, way}, false)) {
-        qw_raise_jacobians(run->env, &e.mesh, &l->shape, l->stays, (float)run->options.jacobian_min);
+    if (change_at(l, &e, h, way)) {
+        uint8_t *stays = place_new(l, &e.mesh);
         float lowest;
+        qw_raise_jacobians(run->env, &e.mesh, &l->shape, stays, (float)run->options.jacobian_min);
         uint32_t left = count_low_of(run, &e.mesh, &lowest);
-        is_better = left < *low && lowest >= *least;
-        if (is_better) *low = left, *least = lowest, l->quads = e.mesh, qw_quad_edit_keep(&e);
+        m->tries++;
+        if (left < m->low && lowest >= m->least) {
+            m->low = left, m->least = lowest, l->quads = e.mesh;
+            qw_quad_edit_keep(&e);
+            if (l->stays) l->stays = stays, qw_keep(run->env, stays);
+        }
     }
     qw_scope_end(run->env);
-    return is_better;
 }
 
 /* Where both sides of a corner lie on one curve no move of vertices helps: another edge has to come there. */
-static void turn_sides(leveling *l)
+static void mend_low(leveling *l)
 {
     const qw_run_state *run = l->run;
-    float least;
-    uint32_t low = count_low_of(run, &l->quads, &least), faces = l->quads.face_count, tries = 0;
-    if (run->mirror.is_used) return; /* both halves would have to turn alike */
-    for (uint32_t f = 0; f < faces && low > 0; f++)
-        for (uint32_t h = 4 * f; h < 4 * f + 4 && is_low(run, &l->quads, f); h++)
-            for (int way = QW_ROTATE_ON; way <= QW_ROTATE_BACK; way++) {
-                if (tries++ >= LEAST_TURNS && (uint64_t)tries * faces > MOST_TURNED) return;
-                qw_break_silence(run->env);
-                if (turn_side(l, h, (qw_quad_move_kind)way, &low, &least)) break;
-            }
+    mending m = {.tries = 0};
+    m.low = count_low_of(run, &l->quads, &m.least);
+    if (run->mirror.is_used) return; /* both halves would have to change alike */
+    for (int way = 0; way < MENDS; way++)
+        for (uint32_t h = 0; h < 4 * l->quads.face_count && m.low > 0; h++) {
+            if (!is_low(run, &l->quads, h / 4)) continue;
+            if (m.tries >= LEAST_TURNS && (uint64_t)m.tries * l->quads.face_count > MOST_TURNED) return;
+            qw_break_silence(run->env);
+            mend_at(l, h, (mend)way, &m);
+        }
 }
 
-/* Not for quads whose limit surface is what lies near. */
-static void raise_jacobians(leveling *l)
+/* Not for quads whose limit surface is what lies near. is_split: the quads belong to those of a coarser level, and only
+   their vertices move. */
+static void raise_jacobians(leveling *l, bool is_split)
 {
     qw_run_state *run = l->run;
     if (run->options.jacobian_min == 0 || qw_fits_limit(run)) return;
@@ -220,7 +288,7 @@ static void raise_jacobians(leveling *l)
     l->quads = run->finished;
     find_components(l);
     qw_raise_jacobians(run->env, &l->quads, &l->shape, l->stays, (float)run->options.jacobian_min);
-    turn_sides(l);
+    if (!is_split) mend_low(l);
     run->output = write_positions(l);
     run->finished = l->quads;
     qw_make_exact(run, false, false);
@@ -303,7 +371,7 @@ static void make_levels(qw_run_state *run, bool splits)
     find_components(&l);
     l.stays = qw_list_rims(run);
     run->finished = l.quads; /* with its components */
-    raise_jacobians(&l);
+    raise_jacobians(&l, false);
     fit_limit(&l);
     if (qw_fits_limit(run)) {
         run->output = write_positions(&l);
@@ -319,7 +387,7 @@ static void make_levels(qw_run_state *run, bool splits)
     run->output = write_positions(&l);
     run->finished = l.quads, run->reflected = l.reflected, run->source = l.source;
     qw_make_exact(run, false, false);
-    raise_jacobians(&l);
+    raise_jacobians(&l, true);
 }
 
 void qw_make_levels(qw_run_state *run)
