@@ -1,15 +1,18 @@
-"""STEP files of limit surfaces, judged by FreeCAD (OCCT): whether they read, are valid shapes, closed and solids, and their volume.
+"""STEP files of limit surfaces, judged by FreeCAD (OCCT): whether they read, are valid shapes, closed and solids, and how far the volume is off that
+of the mesh that they were made for.
 
 usage: step.py QUADWRIGHT MESH... [--faces 400] [--from quads|blocks]   (needs Debian's freecad; writes a table to standard output)"""
 import pathlib, subprocess, sys, tempfile
 
 JUDGE = """
-import Part, sys
-for name in open({list!r}).read().split("\\n"):
+import Mesh, Part
+for line in open({list!r}).read().split("\\n"):
+    name, source = line.split("\\t")
     try:
         shape = Part.Shape()
         shape.read(name)
-        print("JUDGED", name, shape.isValid(), len(shape.Faces), len(shape.Solids), sum(s.isClosed() for s in shape.Shells), len(shape.Shells), "%.6g" % shape.Volume)
+        off = "%.3f" % (100 * abs(shape.Volume / Mesh.Mesh(source).Volume - 1)) if len(shape.Solids) else "-"
+        print("JUDGED", name, shape.isValid(), len(shape.Faces), len(shape.Solids), sum(s.isClosed() for s in shape.Shells), len(shape.Shells), "%.6g" % shape.Volume, off)
     except Exception as error:
         print("JUDGED", name, error)
 """
@@ -31,12 +34,12 @@ def main(words):
         folder = pathlib.Path(folder)
         for i, mesh in enumerate(meshes):
             subprocess.run([tool, mesh, "-o", folder / "quads.obj", "--faces", faces, "--quiet", "--patches", folder / f"{i}.step", "--patches-from", source], capture_output=True)
-        made = [str(folder / f"{i}.step") for i in range(len(meshes)) if (folder / f"{i}.step").exists()]
+        made = [f"{folder}/{i}.step\t{mesh.resolve()}" for i, mesh in enumerate(meshes) if (folder / f"{i}.step").exists()]
         (folder / "list").write_text("\n".join(made))
         (folder / "judge.py").write_text(JUDGE.format(list=str(folder / "list")))
         told = subprocess.run(["freecadcmd", str(folder / "judge.py")], capture_output=True, text=True).stdout
     rows = {line.split()[1]: line.split()[2:] for line in told.splitlines() if line.startswith("JUDGED")}
-    print("| mesh | valid | faces | solids | closed shells | shells | volume |\n|---|---|---|---|---|---|---|")
+    print("| mesh | valid | faces | solids | closed shells | shells | volume | off the mesh's, % |\n|---|---|---|---|---|---|---|---|")
     for i, mesh in enumerate(meshes):
         print(f"| {mesh.name} |", " | ".join(rows.get(str(folder / f"{i}.step"), ["no file"])), "|")
 

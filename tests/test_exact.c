@@ -174,6 +174,45 @@ static void circles_are_even(void **state)
     }
 }
 
+static int by_size(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* The largest less the smallest of the angles from one vertex on the circle about (x, 0, z) to the next. */
+static double unevenness_of_circle(const qw_mesh_view *m, double x, double z, double radius)
+{
+    uint32_t n = count_on_circle(m, x, z, radius), found = 0;
+    double *at = calloc(n + 1, sizeof *at), least = INFINITY, most = 0;
+    for (uint32_t v = 0; v < m->vertex_count; v++) {
+        const double *p = m->positions + 3 * (size_t)v;
+        if (fabs(hypot(p[0] - x, p[1]) - radius) < 1e-6 && fabs(p[2] - z) < 1e-6) at[found++] = atan2(p[1], p[0] - x);
+    }
+    assert_true(n > 2);
+    qsort(at, n, sizeof *at, by_size);
+    at[n] = at[0] + 2 * PI;
+    for (uint32_t i = 0; i < n; i++) least = fmin(least, at[i + 1] - at[i]), most = fmax(most, at[i + 1] - at[i]);
+    free(at);
+    return most - least;
+}
+
+/* A hole that the file has as a polygon of twelve is a circle with equal edges: its corners are none. */
+static void circles_of_few_edges_are_even(void **state)
+{
+    (void)state;
+    for (int64_t faces = 340; faces <= 420; faces += 40) {
+        part *p = part_holes(3, 0.25, 0.2, 12);
+        qw_mesh_view view = part_view(p);
+        qw_result *result = remeshed(&view, faces, true);
+        qw_mesh_view m = qw_result_mesh(result);
+        for (int hole = 0; hole < 3; hole++)
+            for (int side = 0; side < 2; side++) assert_true(unevenness_of_circle(&m, hole, 0.2 * side, 0.25) < 1e-5);
+        qw_result_destroy(result);
+        free(p);
+    }
+}
+
 /* Where a round ends, a row of quads goes all along its tangent. */
 static void rows_follow_tangents(void **state)
 {
@@ -284,11 +323,17 @@ static void low_quads_are_mended(void **state)
 QW_TEST_SUITE(exact)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(low_quads_are_mended), cmocka_unit_test(low_jacobians_are_reported),
-        cmocka_unit_test(turned_parts),         cmocka_unit_test(upright_parts),
-        cmocka_unit_test(round_parts),          cmocka_unit_test(rows_are_even),
-        cmocka_unit_test(circles_are_even),     cmocka_unit_test(rows_follow_tangents),
-        cmocka_unit_test(other_shapes_stay),    cmocka_unit_test(what_follows_keeps_them),
+        cmocka_unit_test(low_quads_are_mended),
+        cmocka_unit_test(low_jacobians_are_reported),
+        cmocka_unit_test(turned_parts),
+        cmocka_unit_test(upright_parts),
+        cmocka_unit_test(round_parts),
+        cmocka_unit_test(rows_are_even),
+        cmocka_unit_test(circles_are_even),
+        cmocka_unit_test(circles_of_few_edges_are_even),
+        cmocka_unit_test(rows_follow_tangents),
+        cmocka_unit_test(other_shapes_stay),
+        cmocka_unit_test(what_follows_keeps_them),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
