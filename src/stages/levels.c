@@ -22,7 +22,7 @@
 #include <string.h>
 
 /* Changes that are tried, and the quads that are looked at again in all of them. */
-enum { LEAST_TURNS = 16, MOST_TURNED = 1 << 18 };
+enum { LEAST_TURNS = 16, MOST_TURNED = 1 << 20 };
 
 /* The quads of the result while they are fitted and split. */
 typedef struct leveling {
@@ -200,8 +200,11 @@ static void inset_quad(qw_quadmesh *m, uint32_t f)
     m->face_count += 4, m->vertex_count += 4;
 }
 
-/* What may be done about a low quad besides moving vertices, in this order: its sides are turned, edges are added. */
-typedef enum mend { TURN_ON, TURN_BACK, INSET, MENDS } mend;
+/* What may be done about a low quad besides moving vertices: a side turns, edges are added, or both. */
+typedef struct mend {
+    bool turns, insets;
+    qw_quad_move_kind kind; /* of the turn */
+} mend;
 
 /* How many quads are low, the lowest of all, and how often changes were tried. */
 typedef struct mending {
@@ -209,71 +212,78 @@ typedef struct mending {
     float least;
 } mending;
 
-/* Whether the mesh can be changed so at the half-edge h, and it is. */
-static bool change_at(const leveling *l, qw_quad_edit *e, uint32_t h, mend way)
+/* Moves vertices of the mesh, which may have more than the one before: new ones are put on the surface first. Whether
+   fewer quads are low then, and none lower than the lowest was: *m tells how many. */
+static bool raise_again(leveling *l, qw_quadmesh *q, uint32_t before, mending *m)
 {
-    uint32_t beyond = l->quads.twin[h];
-    if (has_rim(l, h / 4)) return false;
-    if (way != INSET) {
-        qw_quad_move_kind kind = way == TURN_ON ? QW_ROTATE_ON : QW_ROTATE_BACK;
-        return beyond != QW_NONE && !has_rim(l, beyond / 4) && qw_make_quad_move(e, (qw_quad_move){h, kind}, false);
-    }
+    qw_env *env = l->run->env;
+    uint8_t *stays = QW_NEW_ZERO(env, uint8_t, q->vertex_count);
+    memset(stays, 1, before);
+    if (q->vertex_count > before) qw_put_on_shape(env, q, &l->shape, stays);
+    memset(stays, 0, before);
+    if (l->stays) memcpy(stays, l->stays, l->quads.vertex_count);
+    qw_raise_jacobians(env, q, &l->shape, stays, (float)l->run->options.jacobian_min);
+    mending now = {.tries = m->tries + 1};
+    now.low = count_low_of(l->run, q, &now.least);
+    bool is_better = now.low < m->low && now.least >= m->least;
+    m->tries++;
+    if (is_better && l->stays) l->stays = stays, qw_keep(env, stays);
+    if (is_better) *m = now;
+    return is_better;
+}
+
+/* Insets those of the two quads that are low, where they have no rim and the count has room: whether any is. */
+static bool inset_low(const leveling *l, qw_quad_edit *e, uint32_t f, uint32_t beyond)
+{
+    const uint32_t both[2] = {f, beyond};
     double wanted = qw_faces_wanted(l->run, &l->run->options);
-    if (h % 4 != 0 || !qw_is_near_count(wanted, l->quads.face_count + 4.0, 1)) return false;
-    qw_quad_edit_reserve(e, 4);
-    inset_quad(&e->mesh, h / 4);
-    return true;
-}
-
-/* The vertices that stay, of a mesh that may have more than before; those that are new are put on the surface. */
-static uint8_t *place_new(const leveling *l, qw_quadmesh *m)
-{
-    uint32_t before = l->quads.vertex_count;
-    uint8_t *stays = QW_NEW_ZERO(l->run->env, uint8_t, m->vertex_count);
-    if (m->vertex_count > before) {
-        memset(stays, 1, before);
-        qw_put_on_shape(l->run->env, m, &l->shape, stays);
-        memset(stays, 0, before);
+    uint32_t before = e->mesh.face_count;
+    for (int i = 0; i < 2; i++) {
+        if (both[i] == QW_NONE || has_rim(l, both[i]) || !is_low(l->run, &e->mesh, both[i])) continue;
+        if (!qw_is_near_count(wanted, e->mesh.face_count + 4.0, 1)) continue;
+        qw_quad_edit_reserve(e, 4);
+        inset_quad(&e->mesh, both[i]);
     }
-    if (l->stays) memcpy(stays, l->stays, before);
-    return stays;
+    return e->mesh.face_count > before;
 }
 
-/* Changes the mesh beside a low quad and moves vertices again; kept where fewer quads are low then, and none lower than
-   the lowest was. */
+/* Changes the mesh at the side h of a low quad and moves vertices again; kept where that mends. */
 static void mend_at(leveling *l, uint32_t h, mend way, mending *m)
 {
-    qw_run_state *run = l->run;
-    qw_scope_begin(run->env);
-    qw_quad_edit e = qw_quad_edit_open(run->env, &l->quads);
-    if (change_at(l, &e, h, way)) {
-        uint8_t *stays = place_new(l, &e.mesh);
-        float lowest;
-        qw_raise_jacobians(run->env, &e.mesh, &l->shape, stays, (float)run->options.jacobian_min);
-        uint32_t left = count_low_of(run, &e.mesh, &lowest);
-        m->tries++;
-        if (left < m->low && lowest >= m->least) {
-            m->low = left, m->least = lowest, l->quads = e.mesh;
-            qw_quad_edit_keep(&e);
-            if (l->stays) l->stays = stays, qw_keep(run->env, stays);
-        }
+    qw_env *env = l->run->env;
+    uint32_t f = h / 4, beyond = !way.turns || l->quads.twin[h] == QW_NONE ? QW_NONE : l->quads.twin[h] / 4;
+    if (has_rim(l, f) || (way.turns ? beyond == QW_NONE || has_rim(l, beyond) : h % 4 != 0)) return;
+    qw_scope_begin(env);
+    qw_quad_edit e = qw_quad_edit_open(env, &l->quads);
+    bool is_better = false;
+    uint32_t before = e.mesh.vertex_count;
+    if (!way.turns || qw_make_quad_move(&e, (qw_quad_move){h, way.kind}, false)) {
+        if (way.turns) is_better = raise_again(l, &e.mesh, before, m);
+        if (!is_better && way.insets && inset_low(l, &e, f, beyond)) is_better = raise_again(l, &e.mesh, before, m);
     }
-    qw_scope_end(run->env);
+    if (is_better) l->quads = e.mesh, qw_quad_edit_keep(&e);
+    qw_scope_end(env);
 }
 
-/* Where both sides of a corner lie on one curve no move of vertices helps: another edge has to come there. */
+/* Where both sides of a corner lie on one curve no move of vertices helps: another edge has to come there. A turn takes
+   it from elsewhere; where there is no room for more edges at that vertex, a turn takes the flat corner to the next. */
 static void mend_low(leveling *l)
 {
+    static const mend ways[] = {{true, false, QW_ROTATE_ON},
+                                {true, false, QW_ROTATE_BACK},
+                                {false, true, QW_ROTATE_ON},
+                                {true, true, QW_ROTATE_ON},
+                                {true, true, QW_ROTATE_BACK}};
     const qw_run_state *run = l->run;
     mending m = {.tries = 0};
     m.low = count_low_of(run, &l->quads, &m.least);
     if (run->mirror.is_used) return; /* both halves would have to change alike */
-    for (int way = 0; way < MENDS; way++)
+    for (size_t way = 0; way < sizeof ways / sizeof *ways; way++)
         for (uint32_t h = 0; h < 4 * l->quads.face_count && m.low > 0; h++) {
             if (!is_low(run, &l->quads, h / 4)) continue;
             if (m.tries >= LEAST_TURNS && (uint64_t)m.tries * l->quads.face_count > MOST_TURNED) return;
             qw_break_silence(run->env);
-            mend_at(l, h, (mend)way, &m);
+            mend_at(l, h, ways[way], &m);
         }
 }
 
