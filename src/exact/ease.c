@@ -17,6 +17,7 @@ typedef struct easing {
     const qw_held *held;
     const uint32_t *outgoing;
     uint8_t *ways;      /* uint8_t[vertices]: 0: stays; 1: along a curve; 2: all over its primitive */
+    uint8_t *awake;     /* uint8_t[vertices]: 0: nothing has changed around it since no step was better */
     uint32_t (*end)[2]; /* uint32_t[vertices][2]: neighbours along the curve */
 } easing;
 
@@ -46,11 +47,12 @@ static double price_of(const easing *e, uint32_t f)
     return sum;
 }
 
-static double price_around(const easing *e, uint32_t v)
+/* Of the quads at v; of some of them where these cost `most`. */
+static double price_around(const easing *e, uint32_t v, double most)
 {
     double sum = 0;
     uint32_t first = e->outgoing[v], h = first;
-    for (int k = 0; h != QW_NONE && k < MOST_AROUND; k++) {
+    for (int k = 0; h != QW_NONE && k < MOST_AROUND && sum < most; k++) {
         sum += price_of(e, h / 4);
         h = qw_quad_around(e->quads, h);
         if (h == first) break;
@@ -83,7 +85,7 @@ static void step_to(const easing *e, uint32_t v, int way, double length, double 
 
 static bool improve(const easing *e, uint32_t v)
 {
-    double *place = place_of(e, v), first[3], best[3], least = price_around(e, v),
+    double *place = place_of(e, v), first[3], best[3], least = price_around(e, v, INFINITY),
            length = LONGEST * (double)e->held->edge[v];
     bool any = false;
     memcpy(first, place, sizeof first), memcpy(best, place, sizeof best);
@@ -93,13 +95,24 @@ static bool improve(const easing *e, uint32_t v)
             memcpy(place, first, sizeof first);
             step_to(e, v, way, length, to);
             memcpy(place, to, sizeof to);
-            double price = price_around(e, v);
+            double price = price_around(e, v, least);
             if (price < least) least = price, memcpy(best, to, sizeof to), any = true;
         }
         memcpy(first, best, sizeof best);
     }
     memcpy(place, best, sizeof best);
     return any;
+}
+
+/* What a vertex that has moved is looked at by. */
+static void wake_around(const easing *e, uint32_t v)
+{
+    uint32_t first = e->outgoing[v], h = first;
+    for (int k = 0; h != QW_NONE && k < MOST_AROUND; k++) {
+        for (uint32_t i = 0; i < 4; i++) e->awake[e->quads->corner[4 * (size_t)(h / 4) + i]] = 1;
+        h = qw_quad_around(e->quads, h);
+        if (h == first) break;
+    }
 }
 
 static bool is_of(const easing *e, uint32_t v, uint32_t item)
@@ -146,13 +159,17 @@ void qw_ease_angles(qw_env *env, const qw_quadmesh *quads, const qw_held *held, 
     e.ways = QW_NEW_ZERO(env, uint8_t, n);
     e.end = qw_alloc(env, n, sizeof *e.end);
     find_ways(&e, stays, QW_NEW_ZERO(env, uint8_t, n));
+    e.awake = memset(QW_NEW(env, uint8_t, n), 1, n);
     bool any = true;
     for (int sweep = 0; sweep < SWEEPS && any; sweep++) {
         any = false;
         for (uint32_t v = 0; v < n; v++) {
-            if (!e.ways[v]) continue;
+            if (!e.ways[v] || !e.awake[v]) continue;
             qw_break_silence(env);
-            any |= improve(&e, v);
+            e.awake[v] = 0;
+            if (!improve(&e, v)) continue;
+            any = true;
+            wake_around(&e, v);
         }
     }
     qw_scope_end(env);
