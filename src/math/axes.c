@@ -1,13 +1,21 @@
 #include "math/axes.h"
 
 #include <math.h>
+#include <stdbool.h>
+
+/* Whether another turn would change no digit. */
+static bool is_diagonal(double m[3][3])
+{
+    double off = fabs(m[0][1]) + fabs(m[0][2]) + fabs(m[1][2]);
+    return off <= 1e-20 * (fabs(m[0][0]) + fabs(m[1][1]) + fabs(m[2][2]));
+}
 
 void qw_principal_axes(double m[3][3], double axis[3][3])
 {
     enum { SWEEPS = 12 }; /* converges quadratically; about six are needed */
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) axis[i][j] = i == j;
-    for (int sweep = 0; sweep < SWEEPS; sweep++)
+    for (int sweep = 0; sweep < SWEEPS && !is_diagonal(m); sweep++)
         for (int p = 0; p < 2; p++)
             for (int q = p + 1; q < 3; q++) {
                 if (m[p][q] == 0) continue;
