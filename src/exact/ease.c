@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { SWEEPS = 8, LENGTHS = 3, WAYS = 8, MOST_AROUND = 64 };
+enum { SWEEPS = 8, LENGTHS = 3, WAYS = 8, MOST_AROUND = 64, GRAIN = 64 };
 /* In edges: the longest step tried, each next half as long. */
 static const double LONGEST = 0.12;
 /* What even sides count beside right angles. */
@@ -150,6 +150,76 @@ static void find_ways(const easing *e, const uint8_t *stays, uint8_t *on_curve)
             }
 }
 
+/* ---- all of them */
+
+/* Vertices by colour: no two of one colour have a quad in common, so that they may move side by side. */
+typedef struct colors {
+    uint32_t count, *begin, *vertex; /* those of colour i: vertex[begin[i] .. begin[i + 1]) */
+} colors;
+
+static uint32_t color_of(const easing *e, uint32_t v, const uint8_t *color)
+{
+    uint64_t taken = 0;
+    uint32_t first = e->outgoing[v], h = first, free = 0;
+    for (int k = 0; h != QW_NONE && k < MOST_AROUND; k++) {
+        for (uint32_t i = 0; i < 4; i++) {
+            uint32_t w = e->quads->corner[4 * (size_t)(h / 4) + i];
+            if (w < v && color[w] < MOST_AROUND) taken |= (uint64_t)1 << color[w];
+        }
+        h = qw_quad_around(e->quads, h);
+        if (h == first) break;
+    }
+    while (free < MOST_AROUND && (taken >> free & 1)) free++;
+    return free;
+}
+
+/* Of those that may go somewhere, but for the few that find all colours taken around them. */
+static colors sort_by_color(qw_env *env, const easing *e)
+{
+    uint32_t n = e->quads->vertex_count;
+    uint8_t *color = QW_NEW(env, uint8_t, n);
+    colors c = {0, QW_NEW_ZERO(env, uint32_t, MOST_AROUND + 2), QW_NEW(env, uint32_t, n)};
+    memset(color, MOST_AROUND, n);
+    for (uint32_t v = 0; v < n; v++) {
+        if (!e->ways[v]) continue;
+        color[v] = (uint8_t)color_of(e, v, color);
+        if (color[v] < MOST_AROUND) c.begin[color[v] + 2]++;
+        if (color[v] < MOST_AROUND && color[v] >= c.count) c.count = color[v] + 1u;
+    }
+    for (uint32_t i = 0; i < c.count; i++) c.begin[i + 2] += c.begin[i + 1];
+    for (uint32_t v = 0; v < n; v++)
+        if (color[v] < MOST_AROUND) c.vertex[c.begin[color[v] + 1]++] = v;
+    return c;
+}
+
+typedef struct ease_task {
+    const easing *e;
+    const uint32_t *vertex;
+    uint8_t *moved; /* uint8_t[vertices of the colour] */
+} ease_task;
+
+static void ease_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const ease_task *t = user;
+    for (uint32_t i = begin; i < end; i++) {
+        uint32_t v = t->vertex[i];
+        t->moved[i] = t->e->awake[v] && improve(t->e, v);
+        t->e->awake[v] = 0;
+    }
+}
+
+/* Returns whether any vertex of the colour moved. */
+static bool ease_color(qw_env *env, const easing *e, const uint32_t *vertex, uint32_t count, uint8_t *moved)
+{
+    bool any = false;
+    ease_task t = {e, vertex, moved};
+    qw_parallel(env, count, GRAIN, ease_block, &t);
+    for (uint32_t i = 0; i < count; i++)
+        if (moved[i]) wake_around(e, vertex[i]), any = true;
+    return any;
+}
+
 void qw_ease_angles(qw_env *env, const qw_quadmesh *quads, const qw_held *held, const uint8_t *stays)
 {
     assert(quads->twin && held->place && held->put);
@@ -160,17 +230,13 @@ void qw_ease_angles(qw_env *env, const qw_quadmesh *quads, const qw_held *held, 
     e.end = qw_alloc(env, n, sizeof *e.end);
     find_ways(&e, stays, QW_NEW_ZERO(env, uint8_t, n));
     e.awake = memset(QW_NEW(env, uint8_t, n), 1, n);
+    colors c = sort_by_color(env, &e);
+    uint8_t *moved = QW_NEW(env, uint8_t, n);
     bool any = true;
     for (int sweep = 0; sweep < SWEEPS && any; sweep++) {
         any = false;
-        for (uint32_t v = 0; v < n; v++) {
-            if (!e.ways[v] || !e.awake[v]) continue;
-            qw_break_silence(env);
-            e.awake[v] = 0;
-            if (!improve(&e, v)) continue;
-            any = true;
-            wake_around(&e, v);
-        }
+        for (uint32_t i = 0; i < c.count; i++)
+            any |= ease_color(env, &e, c.vertex + c.begin[i], c.begin[i + 1] - c.begin[i], moved);
     }
     qw_scope_end(env);
 }

@@ -13,8 +13,7 @@ enum {
     PAIRED = 4,       /* those that are tried in twos with it */
     LEAST_FACETS = 3,
     FEW_FACETS = 5,
-    SPARE_TO_TRY = 1, /* points more than a primitive has freedom, for it to grow, and for it to stay */
-    SPARE_TO_STAY = 3,
+    SPARE_TO_STAY = 3, /* points more than a primitive has freedom, for it to stay; to grow one is enough */
     SAMPLES = 2000,    /* triangles that are looked at, to see whether the surface may be a designed one */
     MUCH = 12,         /* triangles */
     MOST_SCANNED = 64, /* triangles of a facet whose edges are looked at one by one */
@@ -260,7 +259,7 @@ static bool add_facet(finder *f, uint32_t i, trial *p)
 
 static bool fits(qw_primitive *to, qw_primitive_kind kind, const trial *patch)
 {
-    if (patch->points < qw_primitive_freedom(kind) + SPARE_TO_TRY) return false;
+    if (patch->points <= qw_primitive_freedom(kind)) return false;
     const qw_facing facing = {patch->normal[0], patch->middle[0], patch->normals};
     return qw_fit_primitive(to, kind, patch->point[0], patch->points, &facing) <= QW_OFF_PRIMITIVE;
 }
