@@ -1,5 +1,6 @@
 #include "field/tips.h"
 
+#include "base/lanes.h"
 #include "base/sort.h"
 #include "math/elementary.h"
 #include "mesh/bvh.h"
@@ -250,14 +251,56 @@ static finder make_finder(qw_env *env, const qw_cells *graph, float edge)
     return f;
 }
 
+/* Candidates that are followed side by side, each part of them by a finder of its own, to see which are tips. */
+typedef struct scouting {
+    finder *finder; /* finder[parts] */
+    const uint64_t *key;
+    uint32_t begin, end, parts;
+    float shortest;
+    uint8_t *is_tip; /* uint8_t[candidates] */
+} scouting;
+
+static void scout_part(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block, (void)end;
+    const scouting *s = user;
+    finder *f = &s->finder[begin];
+    for (uint32_t i = s->begin + begin; i < s->end; i += s->parts) {
+        qw_tip tip;
+        s->is_tip[i] = follow(f, (uint32_t)s->key[i], &tip) && tip.length >= s->shortest;
+        forget(f);
+    }
+}
+
+/* Which candidates are tips, were each alone: uint8_t[count]. With one thread all may be, as they are followed anyway.
+ */
+static uint8_t *scout(qw_env *env, const finder *f, const uint64_t *key, uint32_t count, float shortest)
+{
+    uint32_t threads = qw_env_threads(env), parts = threads < QW_MOST_LANES ? threads : QW_MOST_LANES;
+    uint8_t *is_tip = memset(QW_NEW(env, uint8_t, count), 1, count);
+    if (parts < 2) return is_tip;
+    scouting s = {.finder = QW_NEW(env, finder, parts), .key = key, .parts = parts, .shortest = shortest};
+    s.is_tip = is_tip;
+    for (uint32_t k = 0; k < parts; k++) {
+        s.finder[k] = make_finder(env, f->graph, f->edge);
+        s.finder[k].area = f->area, s.finder[k].open = f->open;
+    }
+    for (uint32_t step = count / 16 + parts; s.begin < count; s.begin = s.end) { /* between which the host may cancel */
+        s.end = count - s.begin > step ? s.begin + step : count;
+        qw_parallel(env, parts, 1, scout_part, &s);
+    }
+    return is_tip;
+}
+
 /* Follows the candidates, and lists those that are tips: list->tip has room for all. */
 static void follow_candidates(qw_env *env, finder *f, const uint64_t *key, uint32_t count, float shortest,
                               qw_tip_list *list)
 {
     uint8_t *taken = QW_NEW_ZERO(env, uint8_t, f->graph->count); /* part of a tip */
+    const uint8_t *is_tip = scout(env, f, key, count, shortest);
     for (uint32_t i = 0; i < count; i++) {
         uint32_t from = (uint32_t)key[i];
-        if (taken[from]) continue;
+        if (taken[from] || !is_tip[i]) continue;
         qw_break_silence(env);
         qw_tip *tip = &list->tip[list->count];
         if (follow(f, from, tip) && tip->length >= shortest) {
