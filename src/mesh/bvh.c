@@ -236,8 +236,11 @@ static normal_box box_of_normal(qw_vec3 n)
 {
     const float by[3] = {STEEPEST * n.x, STEEPEST * n.y, STEEPEST * n.z};
     normal_box b;
-    for (int k = 0; k < 3; k++)
-        b.lo[k] = (int8_t)fmaxf(floorf(by[k]), -STEEPEST), b.hi[k] = (int8_t)fminf(ceilf(by[k]), STEEPEST);
+    for (int k = 0; k < 3; k++) {
+        int whole = (int)by[k]; /* toward 0 */
+        int low = whole - (by[k] < (float)whole), high = whole + (by[k] > (float)whole);
+        b.lo[k] = (int8_t)(low < -STEEPEST ? -STEEPEST : low), b.hi[k] = (int8_t)(high > STEEPEST ? STEEPEST : high);
+    }
     return b;
 }
 
