@@ -263,6 +263,48 @@ static void rims_in_teeth_become_smooth(void **state)
     qw_result_destroy(result);
 }
 
+/* A vertex of a strap, 10 long, 1 wide and 0.16 thick, of so many a section: three edges of its rounded rims, 0.04
+   apart, turn by more than 40 degrees. */
+static void strap_vertex(uint32_t i, uint32_t sides, uint32_t j, uint32_t rings, double p[3])
+{
+    double a = 6.283185307179586 * i / sides, c = cos(a), s = sin(a);
+    p[0] = 10.0 * j / rings;
+    p[1] = fabs(c) > 1e-9 ? copysign(0.5 * pow(fabs(c), 0.6), c) : 0;
+    p[2] = fabs(s) > 1e-9 ? copysign(0.08 * pow(fabs(s), 0.6), s) : 0;
+}
+
+/* Where there is no room for all three, one of them stays, and no row of slivers is left between two. */
+static void rounded_rims_leave_no_slivers(void **state)
+{
+    (void)state;
+    enum { SIDES = 20, RINGS = 60, ENDS = SIDES * (RINGS + 1) };
+    static double position[3 * (ENDS + 2)];
+    static uint32_t corner[6 * SIDES * (RINGS + 1)];
+    static const int64_t counts[] = {120, 200, 300};
+    qw_mesh_view view = {.size = sizeof view, .uniform_face_size = 3, .positions = position, .corners = corner};
+    for (uint32_t j = 0; j <= RINGS; j++)
+        for (uint32_t i = 0; i < SIDES; i++) strap_vertex(i, SIDES, j, RINGS, position + 3 * view.vertex_count++);
+    view.vertex_count += 2, position[3 * (ENDS + 1)] = 10;
+    for (uint32_t j = 0; j <= RINGS; j++)
+        for (uint32_t i = 0; i < SIDES; i++) {
+            uint32_t n = (i + 1) % SIDES, a = j * SIDES + i, b = j * SIDES + n, *c = corner + 3 * view.face_count;
+            const uint32_t wall[6] = {a, a + SIDES, b + SIDES, a, b + SIDES, b}, ends[6] = {i, n, ENDS, b, a, ENDS + 1};
+            memcpy(c, j < RINGS ? wall : ends, sizeof wall);
+            view.face_count += 2;
+        }
+    double sum = 0;
+    for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
+        qw_options o;
+        qw_options_init(&o);
+        o.faces = counts[i];
+        qw_result *result;
+        assert_int_equal(qw_remesh(&view, &o, NULL, &result), QW_OK);
+        sum += qw_result_report(result)->area_cv / 3;
+        qw_result_destroy(result);
+    }
+    if (sum > 0.5) fail_msg("areas off by %g", sum); /* 1.0 with slivers, 0.29 without */
+}
+
 /* Two lines that cross, one of them beside a longer one for half of its length: arcs from node to node, each with one
    verdict, and with the lengths that were marked. */
 static void arcs_have_one_verdict_each(void **state)
@@ -308,7 +350,8 @@ QW_TEST_SUITE(curves)
         cmocka_unit_test(drops_beside_the_boundary),   cmocka_unit_test(leaves_acute_corners_alone),
         cmocka_unit_test(drops_short_pieces),          cmocka_unit_test(nothing_marked),
         cmocka_unit_test(corners_by_degree_and_angle), cmocka_unit_test(teeth_become_smooth),
-        cmocka_unit_test(rims_in_teeth_become_smooth), cmocka_unit_test(arcs_have_one_verdict_each),
+        cmocka_unit_test(rims_in_teeth_become_smooth), cmocka_unit_test(rounded_rims_leave_no_slivers),
+        cmocka_unit_test(arcs_have_one_verdict_each),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
