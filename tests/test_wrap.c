@@ -460,7 +460,7 @@ static void test_sheets_keep_sides(void **unused)
     uint32_t above = 0, below = 0;
     for (uint32_t v = 0; v < quads.vertex_count; v++) {
         double z = quads.positions[3 * (size_t)v + 2];
-        above += z > 0.5 * off && z < 2 * off, below += z < -0.5 * off && z > -2 * off;
+        above += z > 0.5 * off && z < 3 * off, below += z < -0.5 * off && z > -3 * off;
     }
     assert_true(above > 0.35 * quads.vertex_count && below > 0.35 * quads.vertex_count);
     qw_result_destroy(result);

@@ -31,8 +31,9 @@ typedef struct link {
     uint32_t end[2];
     float share[2]; /* by how much the middle rises where an end rises by 1 */
     float weight;   /* a third of the area of the triangles beside it */
-    float away;
-    bool is_thin; /* the surface has a second side close behind, through which the quads may not reach */
+    float away;     /* at the middle */
+    float most;     /* of what is thin: the largest of some places of the link */
+    bool is_thin;   /* the surface has a second side close behind, through which the quads may not reach */
 } link;
 
 typedef struct fitting {
@@ -92,28 +93,40 @@ static void gather_links(qw_env *env, fitting *t)
         for (int k = 0; k < 2; k++) t->of[t->begin[t->links[l].end[k] + 1]++] = l;
 }
 
+/* How far what is meant lies above a place of a link, from 0 at one end to 1 at the other; false: it is not near. */
+static bool away_at(const fitting *t, link *l, float along, qw_vec3 up, uint32_t hint[2], float *away)
+{
+    uint32_t a = l->end[0], b = l->end[1], part = t->quads->component ? t->quads->component[a] : QW_NONE;
+    qw_vec3 place = qw_lerp(t->quads->position[a], t->quads->position[b], along);
+    float reach = MOST * 0.5f * (t->edge[a] + t->edge[b]);
+    qw_hit hit = qw_bvh_nearest_of(t->fit->tree, part, place, up, QW_SAME_SHEET, reach, hint[0]);
+    if (hit.face == QW_NONE) return false;
+    hint[0] = hit.face;
+    qw_vec3 meant = qw_meant_place(&t->fit->meant, hit.point, up, &hint[1], &l->is_thin);
+    *away = qw_dot(qw_sub(meant, place), up);
+    return true;
+}
+
 static void measure_links(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     const fitting *t = user;
-    uint32_t hint = QW_NONE, meant_hint = QW_NONE;
+    uint32_t hint[2] = {QW_NONE, QW_NONE};
     for (uint32_t i = begin; i < end; i++) {
         link *l = &t->links[i];
         uint32_t a = l->end[0], b = l->end[1];
         if (!t->fit->meant.tree && qw_length2(t->normal[a]) == 0 && qw_length2(t->normal[b]) == 0) continue;
-        qw_vec3 middle = qw_lerp(t->quads->position[a], t->quads->position[b], 0.5f),
-                up = qw_normalize(qw_add(t->facing[a], t->facing[b]));
-        float reach = MOST * 0.5f * (t->edge[a] + t->edge[b]);
-        uint32_t part = t->quads->component ? t->quads->component[a] : QW_NONE;
-        qw_hit hit = qw_bvh_nearest_of(t->fit->tree, part, middle, up, QW_SAME_SHEET, reach, hint);
-        if (hit.face == QW_NONE) {
+        qw_vec3 up = qw_normalize(qw_add(t->facing[a], t->facing[b]));
+        if (!away_at(t, l, 0.5f, up, hint, &l->away)) {
             l->weight = 0;
             continue;
         }
-        hint = hit.face;
-        qw_vec3 place = qw_meant_place(&t->fit->meant, hit.point, up, &meant_hint, &l->is_thin);
-        l->away = qw_dot(qw_sub(place, middle), up);
         l->share[0] = 0.5f * qw_dot(t->normal[a], up), l->share[1] = 0.5f * qw_dot(t->normal[b], up);
+        l->most = l->away;
+        for (int side = 0; side < 2 && l->is_thin; side++) {
+            float away;
+            if (away_at(t, l, side ? 0.75f : 0.25f, up, hint, &away)) l->most = fmaxf(l->most, away), l->is_thin = true;
+        }
     }
 }
 
@@ -157,7 +170,7 @@ static void part_sides(fitting *t)
             if (!l->is_thin || l->weight == 0) continue;
             float turn = qw_dot(t->facing[l->end[0]], t->facing[l->end[1]]),
                   share = sqrtf(fmaxf(0.5f + 0.5f * turn, 0.25f));
-            is_thin = true, least = fmaxf(least, l->away / share);
+            is_thin = true, least = fmaxf(least, l->most / share);
         }
         if (is_thin) t->rise[v] = fminf(least, most), t->normal[v] = t->facing[v];
     }
