@@ -141,12 +141,17 @@ void qw_shrink(qw_env *env, qw_skin *skin, const qw_wrap_target *target)
     moving m = {target, QW_NEW(env, uint32_t, skin->vertex_count), false};
     const qw_block_work moves = {&m, moved_vertex, move_vertex};
     for (uint32_t v = 0; v < skin->vertex_count; v++) m.hint[v] = QW_NONE;
-    for (int i = 0; i < MOVE_ROUNDS; i++) m.relaxes = i > 0, qw_in_blocks(env, &g, skin->vertex_count, &moves);
+    for (int i = 0; i < MOVE_ROUNDS; i++) {
+        m.relaxes = i > 0;
+        qw_in_blocks(env, &g, skin->vertex_count, &moves);
+        qw_progress(env, 0.2 + 0.1 * (i + 1)); /* of the stage, of which a fifth came before, and a fifth follows */
+    }
     for (int i = 0; i < EDIT_ROUNDS; i++) {
         qw_snap_to_features(env, &g, target);
         qw_flip_to_features(env, &g, target);
         qw_split_at_features(env, &g, target);
         qw_flip_to_features(env, &g, target);
         qw_collapse_short(env, &g, target);
+        qw_progress(env, 0.6 + 0.1 * (i + 1));
     }
 }
