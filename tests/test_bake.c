@@ -1,5 +1,6 @@
 /* Maps: pictures to and from PNG, what is baked where it can be told otherwise, whole assets, and hostile inputs. */
 #include "bake/maps.h"
+#include "bake/shading.h"
 #include "faults.h"
 #include "io/deflate.h"
 #include "quad_shapes.h"
@@ -175,6 +176,22 @@ static void hostile_materials(void **state)
 
 /* ---- a sphere above a flat square, whose tangents are x and y */
 
+/* The square is shaded as the sphere is in the mean around its corners: outward, and less than at the corners
+   themselves. Where the input is shaded sideways, it stays as it was. */
+static void shade_as_input(qw_env *env, const qw_bake_target *target, qw_look *look)
+{
+    const float *made = qw_shading_of_input(env, target, look);
+    for (int c = 0; c < 4; c++) {
+        const float *n = made + 3 * c;
+        float x = n[0] / target->place[c].x, y = n[1] / target->place[c].y;
+        assert_float_equal(n[0] * n[0] + n[1] * n[1] + n[2] * n[2], 1, 1e-5);
+        assert_true(x > 0.1f && x < 0.8f && y > 0.1f && y < 0.8f);
+    }
+    for (uint32_t h = 0; h < 3 * look->source->mesh.face_count; h++) look->normal[h] = qw_v3(0.95f, 0, 0.3f);
+    made = qw_shading_of_input(env, target, look);
+    for (int c = 0; c < 4; c++) assert_true(made[3 * c] == 0 && made[3 * c + 1] == 0 && made[3 * c + 2] == 1);
+}
+
 static void bake_cap(void *user)
 {
     enum { N = 48, V = (N + 1) * (N + 1), F = 2 * N * N, TEXELS = 64 };
@@ -208,6 +225,7 @@ static void bake_cap(void *user)
                              .vertex = vertex,
                              .twin = twin,
                              .place = place,
+                             .aim = up,
                              .normal = up,
                              .uv = uv};
     qw_bake_target_begin(env, &target);
@@ -228,6 +246,7 @@ static void bake_cap(void *user)
         assert_float_equal(h, z - 0.95, 5e-4);
     }
     assert_true(maps.normal_error >= 0 && maps.normal_error < 0.5);
+    shade_as_input(env, &target, &look);
 }
 static void normals_of_a_sphere(void **state)
 {

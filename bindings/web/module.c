@@ -41,6 +41,7 @@ typedef struct session {
     qw_transfer_report transfer;
 
     qw_attribute *marked;  /* qw_attribute[carried_count]: with the marks of closed holes; NULL: none */
+    qw_attribute *normals; /* of own, those that maps bend */
     qw_attribute *own;     /* qw_attribute[carried_count]: with texture coordinates of the result's own; NULL: none */
     const qw_image *image; /* qw_image[images]: maps of the result; NULL: none were baked */
     uint32_t images;
@@ -347,7 +348,7 @@ static qw_status unwrap(session *s, int bakes)
             borders = a->labels;
     }
     qw_status status = qw_unwrap(s->context, &s->of_asset, borders, &s->own[kept++], &s->asset);
-    if (status == QW_OK && bakes) status = qw_get_normals(s->context, QW_SHADING_SPLIT, &s->own[kept++]);
+    if (status == QW_OK && bakes) s->normals = &s->own[kept++]; /* known when maps are made */
     s->carried = s->own, s->carried_count = kept;
     return status;
 }
@@ -364,7 +365,7 @@ static int bake(session *s, uint32_t maps)
     }
     int status = settle(s, qw_bake(s->context, source, maps, &s->image, &s->images, &s->asset));
     if (source != s->file) qw_mesh_destroy(source);
-    return status;
+    return status == QW_OK ? settle(s, qw_get_normals(s->context, QW_SHADING_SPLIT, s->normals)) : status;
 }
 
 /* Whether maps have these names: before a run that will want them. */

@@ -509,7 +509,8 @@ QW_API qw_status qw_transfer(qw_context *context, const qw_attribute *attributes
  * for wrong options, QW_ARGUMENT where the charts do not fit. */
 QW_API qw_status qw_unwrap(qw_context *context, const qw_asset_options *options, const int32_t *borders,
                            qw_attribute *uv, qw_asset_report *report);
-/* *normals is an attribute of the result, "normal", valid as the provenance is. */
+/* *normals is an attribute of the result, "normal", valid as the provenance is. After qw_bake QW_SHADING_SPLIT gives
+ * those that the maps bend: the input's, in the mean around each vertex. */
 QW_API qw_status qw_get_normals(qw_context *context, qw_shading shading, qw_attribute *normals);
 /* *filled is an attribute of the result, labels "filled" by faces, valid as the provenance is: "filled" (1) where a
  * face lies in a hole that `fill_holes` closed, "surface" (0) elsewhere. */

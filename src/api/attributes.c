@@ -170,6 +170,14 @@ qw_status qw_transfer(qw_context *context, const qw_attribute *attributes, uint3
 
 /* ---- normals */
 
+/* With maps: those that these bend. */
+static float *copy_shading(qw_context_state *c, uint32_t corners)
+{
+    float *normal = QW_NEW(c->env, float, 3 * (size_t)corners);
+    memcpy(normal, c->asset->normal, 3 * (size_t)corners * sizeof *normal);
+    return normal;
+}
+
 typedef struct normals_call {
     qw_context_state *c;
     qw_shading shading;
@@ -191,8 +199,10 @@ static void find_normals(void *user)
                                    .kind = QW_NORMALS,
                                    .components = 3,
                                    .count = split ? 4 * quads->face_count : quads->vertex_count};
+    bool is_baked = split && c->asset && c->asset->normal;
     if (joined->face_count == 0) {
-        call->normals.values = qw_shading_normals(c->env, quads, split);
+        call->normals.values = is_baked ? copy_shading(c, call->normals.count)
+                                        : qw_shading_normals(c->env, quads, split);
         return;
     }
     const qw_polygon_fans polygons = {.vertex_count = joined->vertex_count,
@@ -204,7 +214,8 @@ static void find_normals(void *user)
                                       .mark = quads->mark,
                                       .marked = 4 * quads->face_count};
     call->normals.count = split ? joined->corner_count : joined->vertex_count;
-    call->normals.values = qw_polygon_shading_normals(c->env, &polygons, split);
+    call->normals.values = is_baked ? copy_shading(c, call->normals.count)
+                                    : qw_polygon_shading_normals(c->env, &polygons, split);
 }
 
 qw_status qw_get_normals(qw_context *context, qw_shading shading, qw_attribute *normals)

@@ -5,6 +5,7 @@
 #include "api/loaded.h"
 #include "attributes/normals.h"
 #include "bake/maps.h"
+#include "bake/shading.h"
 #include "core/rims.h"
 
 #include <stdio.h>
@@ -186,15 +187,17 @@ static void bake(void *user)
     qw_look look = qw_begin_look(c->env, &c->carried->source, call->source ? call->source->attribute : NULL,
                                  call->source ? call->source->attribute_count : 0, call->source && !call->source->gltf,
                                  &list, read_pictures(c->env, &list));
-    a->normal = find_normals(c, &view, &mesh);
+    float *shape = find_normals(c, &view, &mesh);
     qw_bake_target target = {.corner_count = mesh.corner_count,
                              .face_count = mesh.face_count,
                              .begin = mesh.begin,
                              .vertex = mesh.corner,
                              .twin = mesh.twin,
-                             .normal = a->normal,
+                             .aim = shape,
+                             .normal = shape,
                              .uv = a->atlas.uv};
     target.place = place_corners(c, &view, mesh.corner_count);
+    target.normal = a->normal = qw_shading_of_input(c->env, &target, &look);
     qw_bake_target_begin(c->env, &target);
     float cage = (float)(a->options.cage * c->run.whole.clean.frame.scale);
     float farthest = qw_bake_target_cage(c->env, &target, &c->carried->source, cage);

@@ -212,11 +212,10 @@ float qw_bake_target_cage(qw_env *env, qw_bake_target *t, const qw_source *sourc
 
 /* ---- rays */
 
-static void take_hit(const qw_source *source, qw_sight *s, const qw_hit *hit, qw_vec3 p)
+static void take_hit(qw_sight *s, const qw_hit *hit, qw_vec3 p, qw_vec3 aim)
 {
     s->triangle = hit->face, s->point = hit->point;
-    s->height = qw_dot(qw_sub(hit->point, p), s->normal);
-    (void)source;
+    s->height = qw_dot(qw_sub(hit->point, p), aim);
     memcpy(s->weight, hit->weight, sizeof s->weight);
 }
 
@@ -241,32 +240,34 @@ qw_sight qw_bake_target_see(const qw_bake_target *t, const qw_source *source, ui
 {
     const uint32_t *c = t->corner + 3 * (size_t)triangle;
     qw_sight s = {.triangle = QW_NONE};
-    qw_vec3 p = qw_v3(0, 0, 0);
+    qw_vec3 p = qw_v3(0, 0, 0), aim = p;
     float cage = 0;
     for (int k = 0; k < 3; k++) {
+        aim = qw_madd(aim, w[k], vector_at(t->aim + 3 * (size_t)c[k]));
         qw_vec3 n = vector_at(t->normal + 3 * (size_t)c[k]), u = vector_at(t->tangent + 4 * (size_t)c[k]);
         p = qw_madd(p, w[k], t->place[c[k]]), cage += w[k] * t->cage[c[k]];
         s.normal = qw_madd(s.normal, w[k], n), s.tangent = qw_madd(s.tangent, w[k], u);
         s.across = qw_madd(s.across, w[k], qw_scale(qw_cross(n, u), t->tangent[4 * (size_t)c[k] + 3]));
     }
     s.normal = qw_normalize(s.normal), s.tangent = qw_normalize(s.tangent), s.across = qw_normalize(s.across);
-    qw_vec3 from = qw_madd(p, cage, s.normal), down = qw_scale(s.normal, -1);
+    aim = qw_normalize(aim);
+    qw_vec3 from = qw_madd(p, cage, aim), down = qw_scale(aim, -1);
     float left = 2 * cage;
     uint32_t skip = QW_NONE;
     for (int i = 0; i < MOST_CROSSED && left > 0; i++) {
         qw_hit hit = qw_bvh_ray_near(source->bvh, pocket, from, down, left, skip);
         if (hit.face == QW_NONE) break;
-        if (qw_dot(source->normal[hit.face], s.normal) > 0) {
-            take_hit(source, &s, &hit, p);
+        if (qw_dot(source->normal[hit.face], aim) > 0) {
+            take_hit(&s, &hit, p, aim);
             *hint = hit.face;
             return s;
         }
         left -= sqrtf(hit.distance2), from = hit.point, skip = hit.face;
     }
     s.is_missed = true;
-    qw_hit hit = qw_bvh_nearest(source->bvh, p, s.normal, QW_SAME_SHEET, 2 * cage, *hint);
-    if (hit.face == QW_NONE) hit = qw_bvh_nearest(source->bvh, p, s.normal, QW_SAME_SHEET, INFINITY, *hint);
+    qw_hit hit = qw_bvh_nearest(source->bvh, p, aim, QW_SAME_SHEET, 2 * cage, *hint);
+    if (hit.face == QW_NONE) hit = qw_bvh_nearest(source->bvh, p, aim, QW_SAME_SHEET, INFINITY, *hint);
     if (hit.face == QW_NONE) hit = qw_bvh_nearest(source->bvh, p, qw_v3(0, 0, 0), -1, INFINITY, *hint);
-    if (hit.face != QW_NONE) take_hit(source, &s, &hit, p), *hint = hit.face;
+    if (hit.face != QW_NONE) take_hit(&s, &hit, p, aim), *hint = hit.face;
     return s;
 }

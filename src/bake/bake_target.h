@@ -11,7 +11,8 @@ typedef struct qw_bake_target {
     const uint32_t *vertex; /* uint32_t[corner_count] */
     const uint32_t *twin;   /* uint32_t[corner_count]: half-edge across, or QW_NONE */
     qw_vec3 *place;         /* qw_vec3[corner_count]: in the frame of the source */
-    const float *normal;    /* float[corner_count][3]: unit */
+    const float *aim;       /* float[corner_count][3]: unit, of the result's shape: along these rays go */
+    const float *normal;    /* float[corner_count][3]: unit, with which it is shaded */
     const float *uv;        /* float[corner_count][2]: v upward; tiles one behind the other along u */
     uint32_t *corner;       /* uint32_t[triangle_count][3]: fans from the first corner of each face */
     uint32_t *face;         /* uint32_t[triangle_count] */

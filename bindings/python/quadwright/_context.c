@@ -306,13 +306,13 @@ static qw_status compute(context *c, const qw_options *options, outcome *o)
                              &o->transfer);
     if (status == QW_OK && (o->wants_provenance || c->attributes.count > 0))
         status = qw_get_provenance(c->context, &o->provenance);
-    if (status == QW_OK && o->shading >= 0)
-        status = qw_get_normals(c->context, (qw_shading)o->shading, &o->own[o->owned++]);
     if (status == QW_OK && qw_get_report(c->context)->filled_holes > 0 && !has_attribute(c, "filled"))
         status = qw_get_filled(c->context, &o->own[o->owned++]);
     if (status == QW_OK && o->field_domain >= 0)
         status = qw_get_field(c->context, (qw_domain)o->field_domain, &o->field);
     if (status == QW_OK && o->asset.is_wanted) status = unwrap(c, &o->asset, o->carried);
+    if (status == QW_OK && o->shading >= 0) /* with maps those that they bend */
+        status = qw_get_normals(c->context, (qw_shading)o->shading, &o->own[o->owned++]);
     if (status == QW_OK && qw_get_report(c->context)->coarse_faces > 0) status = qw_get_coarse(c->context, &o->coarse);
     return status == QW_OK ? qw_get_mesh(c->context, &o->mesh) : status;
 }
