@@ -17,7 +17,7 @@
 enum {
     SLOTS = 8,          /* orders that are tried at a time */
     ANY_TURN = 4,       /* of a piece: the quarter turn whose place is lowest */
-    COARSE_CELLS = 384, /* along a side, while orders are tried */
+    COARSE_CELLS = 512, /* along a side, while orders are tried */
     FINE_CELLS = 1024,  /* while pieces are pushed */
     SETTLES = 12,       /* changes of the scale until something fits */
     EFFORT = 20000,     /* pieces that are placed in orders that are tried */
