@@ -14,7 +14,12 @@ from . import bake, child, levels, rebuild, settings as settings_module, snapsho
 from .snapshot import Refusal
 
 MOST_SURFACES = 4  # that the worker keeps
+LEVEL_OF = "quadwright_level_of"  # of an object that is a level of detail: the name of the first
 _jobs = [0]
+
+
+def _suffix(item):
+    return f"_LOD{item.level}" if item.level else ""
 
 
 class Item:
@@ -23,6 +28,7 @@ class Item:
     def __init__(self, snapshot, object_name, expected, is_again):
         self.snapshot, self.object_name, self.expected, self.is_again = snapshot, object_name, expected, is_again
         self.mesh_name = bpy.data.objects[object_name].data.name
+        self.level = 0  # of detail: above 0 it becomes an object of its own
         self.error = None  # a sentence
         self.notes, self.lost = [], []
         self.reply = self.arrays = None
@@ -82,6 +88,7 @@ class Job:
 
     def _add(self, context, obj, settings):
         try:
+            counts = settings_module.levels_of(settings)
             snapshots.check_editable(obj)
             source = _again(context, obj, settings)
             found = source or snapshots.Snapshot(context, obj, settings)
@@ -90,6 +97,17 @@ class Job:
         except Refusal as refusal:
             self.refused.append(str(refusal))
         else:
+            self.items.append(item)
+            if not self.is_draft and item.snapshot.region is None:
+                self._add_levels(item, counts)
+
+    def _add_levels(self, first, counts):
+        """The same surface with other numbers of quads."""
+        for level, count in enumerate(counts, 1):
+            item = Item(first.snapshot, first.object_name, first.expected, first.is_again)
+            options = {name: value for name, value in first.run[0]["options"].items() if name not in ("edge_length", "ratio", "vertices")}
+            item.level, item.surface, item.key = level, first.surface, first.key
+            item.run = (dict(first.run[0], options=dict(options, faces=count)), first.run[1])
             self.items.append(item)
 
     def _prepare(self, context, item, settings):
@@ -260,7 +278,7 @@ class Job:
         failures = self.refused + [item.error for item in self.items if item.error]
         made = []
         for item in self.items:
-            if item.error:
+            if item.error or (item.level and item.object_name not in [first.object_name for first, _ in made]):
                 continue
             try:
                 made.append((item, self._build(item)))
@@ -276,7 +294,7 @@ class Job:
             bpy.ops.object.mode_set(mode="OBJECT")
         try:
             for item, (mesh, quads, is_half, notes) in made:
-                self._replace(context, item, mesh, quads, is_half, notes)
+                (self._add_object if item.level else self._replace)(context, item, mesh, quads, is_half, notes)
         finally:
             if back:
                 bpy.ops.object.mode_set(mode=back)
@@ -284,7 +302,7 @@ class Job:
             if item.snapshot.region is not None:
                 item.snapshot.picked = snapshots.selected_faces(bpy.data.objects[item.object_name]).tobytes()
         state.irregular = None
-        return {item.object_name: len(quads.quads) for item, (_, quads, _, _) in made}, failures
+        return {item.object_name: len(quads.quads) for item, (_, quads, _, _) in made if not item.level}, failures
 
     def _build(self, item):
         obj = bpy.data.objects.get(item.object_name)
@@ -314,7 +332,7 @@ class Job:
                 levels.displace(bpy.context, mesh, fine)
             rebuild.dress(bpy.context, mesh, source, quads, obj.data, self.keep)
             if item.reply["asset"]:
-                bake.dress(mesh, obj.name, rebuild.own_of(source, quads), next((m for m in obj.data.materials if m), None))
+                bake.dress(mesh, obj.name + _suffix(item), rebuild.own_of(source, quads), next((m for m in obj.data.materials if m), None))
         except BaseException:
             bpy.data.meshes.remove(mesh)
             raise
@@ -359,19 +377,36 @@ class Job:
         mesh.name = name
         if old.users == 0 or (old.users == 1 and old.use_fake_user):
             bpy.data.meshes.remove(old)
-        made = snapshots.fingerprint(mesh)
-        state.sources[mesh.name] = (source, made)
-        lines = words.sentences(
-            item.reply["report"],
-            item.reply["transfer"],
-            item.reply["seconds"],
-            self._lost(source) + item.lost,
-            source.notes + item.notes + notes,
-            [material.name if material else "none" for material in mesh.materials],
-            "SEAM" in self.settings.marks,
-            item.reply["asset"],
-        )
-        state.reports[mesh.name] = (made, lines, (len(mesh.vertices), len(mesh.polygons)))
+        state.sources[mesh.name] = (source, snapshots.fingerprint(mesh))
+        self._report(item, mesh, source.notes + item.notes + notes)
+
+    def _add_object(self, context, item, mesh, quads, is_half, notes):
+        """A level of detail: a copy of the object, which has its quads already, with these instead. That of an earlier run goes."""
+        obj = bpy.data.objects[item.object_name]
+        name = obj.name + _suffix(item)
+        old = bpy.data.objects.get(name)
+        if old is not None and old.get(LEVEL_OF) == obj.name:
+            gone = old.data
+            bpy.data.objects.remove(old)
+            if gone.users == 0:
+                bpy.data.meshes.remove(gone)
+        made = obj.copy()
+        made.data, made.name, mesh.name = mesh, name, name
+        made[LEVEL_OF] = obj.name
+        halving = item.snapshot.halving
+        if halving and not is_half and halving[0] in made.modifiers:
+            made.modifiers.remove(made.modifiers[halving[0]])
+        for collection in obj.users_collection:
+            collection.objects.link(made)
+        made.select_set(False)
+        self._report(item, mesh, item.snapshot.notes + item.notes + notes)
+
+    def _report(self, item, mesh, notes):
+        source, reply = item.snapshot, item.reply
+        names = [material.name if material else "none" for material in mesh.materials]
+        lost, follows_seams = self._lost(source) + item.lost, "SEAM" in self.settings.marks
+        lines = words.sentences(reply["report"], reply["transfer"], reply["seconds"], lost, notes, names, follows_seams, reply["asset"])
+        state.reports[mesh.name] = (snapshots.fingerprint(mesh), lines, (len(mesh.vertices), len(mesh.polygons)))
 
     def _lost(self, source):
         lost = []

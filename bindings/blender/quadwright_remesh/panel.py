@@ -71,6 +71,7 @@ class QUADWRIGHT_PT_main(_Panel, bpy.types.Panel):
         column.prop(settings, "target")
         if settings.target != "AUTO":
             column.prop(settings, {"FACES": "faces", "EDGE": "edge_length", "RATIO": "ratio"}[settings.target])
+        column.prop(settings, "lods")
         column.prop(settings, "follow", slider=True)
         column.prop(settings, "symmetry")
         column.prop(settings, "option_wrap")

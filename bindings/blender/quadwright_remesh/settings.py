@@ -259,6 +259,12 @@ def _annotations():
             description="Where quads are split (Subdivide), the object has the coarse ones and a Multiresolution modifier with the others as its levels; "
             "off gives it the finest",
         ),
+        "lods": bpy.props.StringProperty(
+            name="Levels of Detail",
+            default="",
+            update=_changed,
+            description="Numbers of quads, with commas between them: each is made of the same surface as an object of its own beside the first, NAME_LOD1, NAME_LOD2 and so on",
+        ),
         "keep_original": bpy.props.BoolProperty(name="Keep Original", default=False, description="Keep a hidden copy of the object as it was"),
         "selected_only": bpy.props.BoolProperty(
             name="Selected Faces Only",
@@ -300,6 +306,16 @@ def rest_of(settings):
         if value != TABLE[name]["default"]:
             given[name] = value
     return given
+
+
+def levels_of(settings):
+    """Numbers of quads of the levels of detail beside the first, as they were typed. Raises Refusal for other words."""
+    from .snapshot import Refusal
+
+    words = settings.lods.replace(",", " ").split()
+    if not all(word.isdigit() and int(word) > 0 for word in words):
+        raise Refusal(f'Levels of Detail must be numbers of quads, such as "5000, 1200", not "{settings.lods}"')
+    return [int(word) for word in words]
 
 
 def options_of(settings, scale=1.0):

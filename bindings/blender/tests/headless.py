@@ -456,6 +456,31 @@ class Levels(Case):
         self.assertIn("Modifiers were applied: Multires", self.lines(obj))
         self.assertGreater(np.linalg.norm(places(obj.data), axis=1).min(), 1.4)
 
+    def test_levels_of_detail(self):
+        """Objects of their own, of one surface that the worker gets once; again they are made anew, and other words are refused."""
+        obj = sphere()
+        obj.location = (1, 2, 3)
+        self.settings.option_subdivide, self.settings.lods = 0, "60, 30"
+        module("state").stop_child()
+        remesh()
+        names = ["Sphere", "Sphere_LOD1", "Sphere_LOD2"]
+        self.assertEqual(sorted(o.name for o in bpy.data.objects), names)
+        counts = [len(quads(bpy.data.objects[name].data)) for name in names]
+        for count, wanted in zip(counts, (100, 60, 30)):
+            self.assertLess(abs(count - wanted), 8)
+        self.assertEqual(tuple(bpy.data.objects["Sphere_LOD2"].location), (1, 2, 3))
+        self.assertEqual(bpy.context.selected_objects, [obj])
+        self.assertIn("60 asked for", self.lines(bpy.data.objects["Sphere_LOD1"]))
+        self.assertEqual(len(module("state").live_child().keys), 1)
+        self.settings.lods, self.settings.option_subdivide = "50", 1
+        remesh()
+        self.assertEqual(sorted(o.name for o in bpy.data.objects), names)
+        level = bpy.data.objects["Sphere_LOD1"]
+        self.assertEqual(self.level(level, 1)[1], 4 * len(quads(level.data)))
+        self.assertLess(abs(len(quads(level.data)) - 50), 4)
+        self.settings.lods = "many"
+        self.refuses("must be numbers of quads")
+
     def test_cage(self):
         """Creases of a cage, in edit mode, with a mesh that another object shares."""
         bpy.ops.mesh.primitive_cube_add()

@@ -554,6 +554,11 @@ class Remesher:
         return Result(told, normals, self._library, self._scene, self._context)
 
 
+    def levels(self, faces, **options):
+        """Levels of detail: a Result for each number of quads, in their order. What depends on the surface alone is made once; options as of remesh()."""
+        return [self.remesh(faces=count, **options) for count in faces]
+
+
 @_with_options
 def remesh(points, triangles=None, /, *, face_sizes=None, marked_edges=None, attributes=None, keep=None, density=None, guides=None, field=None,
            region=None, preset=None, progress=None, normals="input", provenance=False, field_per=None, most_weights=0, unwrap=False, bake=None,
@@ -675,6 +680,20 @@ def save(path, vertices, faces=None, /, *, face_sizes=None, attributes=None, for
     _native.save(mesh, tuples, None if bare else mesh.library, None if bare else mesh.scene, path, number)
 
 
+def save_levels(path, levels, *, format="auto"):
+    """Writes levels of detail, the finest first, into one GLB or glTF file: a node a level, of which the first names the others (MSFT_lod).
+
+    levels: Results of one surface (Remesher.levels), or other meshes. Materials, textures and images of the surface's file come along. Levels with maps
+    of their own are for `quadwright asset --levels`.
+    """
+    number = _format_of(path, format)
+    meshes = [_input.take(level, name=f"level {i}") for i, level in enumerate(levels)]
+    if any(getattr(level, "maps", None) for level in levels):
+        raise ValueError("levels: those with maps are made by `quadwright asset --levels`")
+    listed = [(mesh, _attributes.take(mesh.own, _attributes.counts_of(mesh))) for mesh in meshes]
+    _native.save_levels(listed, meshes[0].scene if meshes else None, path, number)
+
+
 def measure(vertices, faces=None, /, *, face_sizes=None, against=None, gap=0.0):
     """Every figure of a mesh, as a dict with the names of qw_topology and qw_quality; None where one does not apply.
 
@@ -771,5 +790,5 @@ def _result_of_file(source, target, options):
     return told
 
 
-__all__ = ["Attribute", "CANCEL", "Error", "Guide", "Mesh", "Provenance", "Remesher", "Result", "asset", "load", "load_memory", "measure", "options", "presets", "remesh", "render", "save"]
+__all__ = ["Attribute", "CANCEL", "Error", "Guide", "Mesh", "Provenance", "Remesher", "Result", "asset", "load", "load_memory", "measure", "options", "presets", "remesh", "render", "save", "save_levels"]
 __all__ += [error.__name__ for error in _errors if error is not Error]

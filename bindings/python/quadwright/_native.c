@@ -249,6 +249,41 @@ static PyObject *native_save(PyObject *self, PyObject *arguments)
     return result;
 }
 
+/* Levels of detail, [(mesh, attributes)] with the finest first, in one file of glTF. */
+static PyObject *native_save_levels(PyObject *self, PyObject *arguments)
+{
+    PyObject *list, *rest, *path, *result = NULL;
+    int format;
+    (void)self;
+    if (!PyArg_ParseTuple(arguments, "O!OO&i", &PyList_Type, &list, &rest, PyUnicode_FSConverter, &path, &format))
+        return NULL;
+    size_t count = (size_t)PyList_Size(list);
+    wrapped *levels = calloc(count + 1, sizeof *levels);
+    const qw_mesh **meshes = calloc(count + 1, sizeof *meshes);
+    bool is_whole = levels && meshes;
+    if (!is_whole) PyErr_NoMemory();
+    for (size_t i = 0; is_whole && i < count; i++) {
+        PyObject *mesh, *attributes;
+        is_whole = PyArg_ParseTuple(PyList_GetItem(list, (Py_ssize_t)i), "OO", &mesh, &attributes) &&
+                   wrap(&levels[i], mesh, attributes, Py_None, Py_None);
+        if (is_whole) meshes[i] = levels[i].mesh;
+    }
+    if (is_whole) {
+        char message[512];
+        const char *name = PyBytes_AsString(path);
+        const qw_mesh *source = native_scene_mesh(rest);
+        PyThreadState *released = PyEval_SaveThread();
+        qw_status status = qw_save_levels(meshes, (uint32_t)count, source, name, (qw_format)format, message,
+                                          sizeof message);
+        PyEval_RestoreThread(released);
+        result = status == QW_OK ? Py_NewRef(Py_None) : native_raise(status, message);
+    }
+    for (size_t i = 0; levels && i < count; i++) wrapped_release(&levels[i]);
+    free(levels), free(meshes);
+    Py_DECREF(path);
+    return result;
+}
+
 /* Edges at which attributes of these names ("uv,material") differ: int32 (n, 2). */
 static PyObject *native_borders(PyObject *self, PyObject *arguments)
 {
@@ -509,6 +544,7 @@ static PyObject *native_set_errors(PyObject *self, PyObject *classes)
 
 static PyMethodDef functions[] = {{"load", native_load, METH_VARARGS, NULL},
                                   {"save", native_save, METH_VARARGS, NULL},
+                                  {"save_levels", native_save_levels, METH_VARARGS, NULL},
                                   {"borders", native_borders, METH_VARARGS, NULL},
                                   {"region", native_region, METH_VARARGS, NULL},
                                   {"points", native_points, METH_O, NULL},

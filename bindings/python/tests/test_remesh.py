@@ -259,6 +259,21 @@ def test_what_was_split_is_there(surface):
     assert result.creases is None
 
 
+def test_levels_are_those_of_the_command_line(surface, tool, tmp_path):
+    """One GLB with a node a level, of the same bytes; other formats hold one mesh."""
+    points, faces = surface
+    source = tmp_path / "in.ply"
+    quadwright.save(source, points, faces)
+    levels = quadwright.Remesher(quadwright.load(source)).levels([400, 200, 80])
+    assert [len(level.quads) for level in levels] == [len(quadwright.remesh(points, faces, faces=n).quads) for n in (400, 200, 80)]
+    quadwright.save_levels(tmp_path / "levels.glb", levels)
+    subprocess.run([tool, source, "-o", tmp_path / "told.glb", "--levels", "400,200,80", "--quiet"], check=True)
+    data = (tmp_path / "levels.glb").read_bytes()
+    assert data == (tmp_path / "told.glb").read_bytes() and b"MSFT_lod" in data
+    with pytest.raises(quadwright.UnsupportedError):
+        quadwright.save_levels(tmp_path / "levels.obj", levels)
+
+
 def test_creases_are_those_of_what_was_split():
     """Marks of a cage name vertices of level 0, which has the edges between them."""
     corners = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
