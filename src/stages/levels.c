@@ -203,7 +203,6 @@ static void inset_quad(qw_quadmesh *m, uint32_t f)
 /* What may be done about a low quad besides moving vertices: a side turns, edges are added, or both. */
 typedef struct mend {
     bool turns, insets;
-    qw_quad_move_kind kind; /* of the turn */
 } mend;
 
 /* How many quads are low, the lowest of all, and how often changes were tried. */
@@ -248,32 +247,29 @@ static bool inset_low(const leveling *l, qw_quad_edit *e, uint32_t f, uint32_t b
 }
 
 /* Changes the mesh at the side h of a low quad and moves vertices again; kept where that mends. */
-static void mend_at(leveling *l, uint32_t h, mend way, mending *m)
+static bool mend_at(leveling *l, uint32_t h, mend way, qw_quad_move_kind kind, mending *m)
 {
     qw_env *env = l->run->env;
     uint32_t f = h / 4, beyond = !way.turns || l->quads.twin[h] == QW_NONE ? QW_NONE : l->quads.twin[h] / 4;
-    if (has_rim(l, f) || (way.turns ? beyond == QW_NONE || has_rim(l, beyond) : h % 4 != 0)) return;
+    if (has_rim(l, f) || (way.turns ? beyond == QW_NONE || has_rim(l, beyond) : h % 4 != 0)) return false;
     qw_scope_begin(env);
     qw_quad_edit e = qw_quad_edit_open(env, &l->quads);
     bool is_better = false;
     uint32_t before = e.mesh.vertex_count;
-    if (!way.turns || qw_make_quad_move(&e, (qw_quad_move){h, way.kind}, false)) {
+    if (!way.turns || qw_make_quad_move(&e, (qw_quad_move){h, kind}, false)) {
         if (way.turns) is_better = raise_again(l, &e.mesh, before, m);
         if (!is_better && way.insets && inset_low(l, &e, f, beyond)) is_better = raise_again(l, &e.mesh, before, m);
     }
     if (is_better) l->quads = e.mesh, qw_quad_edit_keep(&e);
     qw_scope_end(env);
+    return is_better;
 }
 
 /* Where both sides of a corner lie on one curve no move of vertices helps: another edge has to come there. A turn takes
    it from elsewhere; where there is no room for more edges at that vertex, a turn takes the flat corner to the next. */
 static void mend_low(leveling *l)
 {
-    static const mend ways[] = {{true, false, QW_ROTATE_ON},
-                                {true, false, QW_ROTATE_BACK},
-                                {false, true, QW_ROTATE_ON},
-                                {true, true, QW_ROTATE_ON},
-                                {true, true, QW_ROTATE_BACK}};
+    static const mend ways[] = {{true, false}, {false, true}, {true, true}};
     const qw_run_state *run = l->run;
     mending m = {.tries = 0};
     m.low = count_low_of(run, &l->quads, &m.least);
@@ -283,7 +279,8 @@ static void mend_low(leveling *l)
             if (!is_low(run, &l->quads, h / 4)) continue;
             if (m.tries >= LEAST_TURNS && (uint64_t)m.tries * l->quads.face_count > MOST_TURNED) return;
             qw_break_silence(run->env);
-            mend_at(l, h, ways[way], &m);
+            if (!mend_at(l, h, ways[way], QW_ROTATE_ON, &m) && ways[way].turns)
+                mend_at(l, h, ways[way], QW_ROTATE_BACK, &m);
         }
 }
 
