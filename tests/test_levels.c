@@ -419,6 +419,31 @@ static void levels_keep_what_a_file_looks_like(void **state)
 
 /* ---- for simulation */
 
+/* Fields of INP hold 20 characters, and CalculiX refuses longer ones. */
+static void fields_of_inp_are_short(void **state)
+{
+    (void)state;
+    static const double at[12] = {-1.5000000000000002e-8, 0, 0, 1, -2.2250738585072014e-308, 0, 1, 1, 0, 0, 1, 1.0 / 3};
+    static const uint32_t corner[4] = {0, 1, 2, 3};
+    const qw_mesh_view view = {.size = sizeof view,
+                               .vertex_count = 4,
+                               .face_count = 1,
+                               .uniform_face_size = 4,
+                               .positions = at,
+                               .corners = corner};
+    qw_mesh *mesh;
+    assert_int_equal(qw_mesh_wrap(&view, NULL, 0, NULL, NULL, NULL, &mesh), QW_OK);
+    assert_int_equal(qw_mesh_save(mesh, "levels.inp", QW_FORMAT_INP), QW_OK);
+    char *text = text_of("levels.inp");
+    assert_non_null(strstr(text, "\n1, -1.500000000000E-08, 0, 0\n"));
+    for (const char *field = strstr(text, "*NODE"); *field;
+         field += strcspn(field, ",\n") + (field[strcspn(field, ",\n")] != 0))
+        if (*field == ' ') assert_true(strcspn(field + 1, ",\n") <= 20);
+    free(text);
+    qw_mesh_destroy(mesh);
+    remove("levels.inp");
+}
+
 static void elements_are_written(void **state)
 {
     (void)state;
@@ -515,6 +540,7 @@ QW_TEST_SUITE(levels)
         cmocka_unit_test(bytes_are_those_of_a_fresh_run),
         cmocka_unit_test(levels_share_a_context_and_a_file),
         cmocka_unit_test(levels_keep_what_a_file_looks_like),
+        cmocka_unit_test(fields_of_inp_are_short),
         cmocka_unit_test(elements_are_written),
         cmocka_unit_test(shapes_of_elements_are_measured),
     };

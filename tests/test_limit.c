@@ -8,6 +8,7 @@
 #include "limit/cage.h"
 #include "limit/fit_limit.h"
 #include "limit/jacobian.h"
+#include "limit/second_order.h"
 #include "limit/patch_blocks.h"
 #include "limit/patches.h"
 #include "limit/stencils.h"
@@ -319,9 +320,33 @@ static void bad_quads_are_raised(void **state)
     qw_env_destroy(env);
 }
 
+/* Two squares side by side, split once: 0 to 5 are corners, 6 to 12 lie on sides, 13 and 14 in the middle. A side that
+   bulges by 0.8 over one of them bends it; one that bulges by 0.1 does not. */
+static void sides_of_second_order_are_held_back(void **state)
+{
+    (void)state;
+    static const double flat[15][3] = {{0, 0},   {1, 0},   {2, 0},   {0, 1},     {1, 1},
+                                       {2, 1},   {0.5, 0}, {1, 0.5}, {0.5, 1},   {0, 0.5},
+                                       {1.5, 0}, {2, 0.5}, {1.5, 1}, {0.5, 0.5}, {1.5, 0.5}};
+    static const uint32_t corner[32] = {0, 6,  13, 9, 1, 7,  13, 6,  4, 8,  13, 7,  3, 9, 13, 8,
+                                        1, 10, 14, 7, 2, 11, 14, 10, 5, 12, 14, 11, 4, 7, 14, 12};
+    qw_env *env = qw_env_create(NULL, 1);
+    double at[15][3];
+    memcpy(at, flat, sizeof at);
+    at[7][0] = 1.1;
+    assert_int_equal(qw_hold_sides_back(env, at[0], corner, 2, 15), 0);
+    assert_true(at[7][0] == 1.1);
+    at[7][0] = 1.8;
+    assert_int_equal(qw_hold_sides_back(env, at[0], corner, 2, 15), 1);
+    assert_true(fabs(at[7][0] - 1.4) < 1e-12 && at[7][1] == 0.5);
+    assert_int_equal(qw_hold_sides_back(env, at[0], corner, 2, 15), 0);
+    qw_env_destroy(env);
+}
+
 QW_TEST_SUITE(limit)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(sides_of_second_order_are_held_back),
         cmocka_unit_test(bad_quads_are_raised),
         cmocka_unit_test(patches_join_to_blocks),
         cmocka_unit_test(rows_sum_to_one),

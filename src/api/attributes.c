@@ -14,6 +14,7 @@
 #include "io/soup.h"
 #include "core/joined.h"
 #include "limit/cage.h"
+#include "limit/second_order.h"
 #include "mesh/bvh.h"
 #include "api/loaded.h"
 
@@ -311,14 +312,31 @@ static void require_of_result(const save_call *call)
                           call->mesh.face_count);
 }
 
+/* Elements whose sides would bend them too much are straighter: in positions of their own. */
+static void hold_sides_back(save_call *call)
+{
+    qw_env *env = call->c->env;
+    size_t count = 3 * (size_t)call->mesh.vertex_count;
+    double *position = memcpy(QW_NEW(env, double, count), call->mesh.positions, count * sizeof(double));
+    uint32_t held = qw_hold_sides_back(env, position, call->mesh.corners, call->mesh.face_count / 4,
+                                       call->mesh.vertex_count);
+    call->mesh.positions = position;
+    if (held > 0)
+        qw_log(env, QW_LOG_WARNING, "%u element%s of second order would be bent too much: their sides are straighter",
+               held, held == 1 ? "" : "s");
+}
+
 static void save_with(void *user)
 {
     save_call *call = user;
     require_of_result(call);
+    qw_scope_begin(call->c->env);
+    if (call->second_order && call->c->run.joined.face_count == 0) hold_sides_back(call);
     const qw_carried_along along = {call->attributes, call->count, call->library, call->gltf, call->second_order};
     if (call->format >= QW_FORMAT_MSH && call->c->run.joined.face_count == 0)
         call->mesh.marked_edges = qw_list_creases(call->c->env, &call->c->run.finished, &call->mesh.marked_edge_count);
     qw_write_with(call->c->env, call->path, call->format, &call->mesh, &along);
+    qw_scope_end(call->c->env);
 }
 
 static qw_status save(qw_context *context, save_call *call, void (*body)(void *user))

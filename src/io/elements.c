@@ -442,13 +442,26 @@ static void put_inp_sets(elements *e)
     }
 }
 
+/* A field holds 20 characters. */
+static void put_inp_field(elements *e, double x)
+{
+    char exact[QW_NUMBER_SIZE], text[32];
+    if (qw_number_print(exact, x) <= 20) {
+        qw_pen_number(&e->pen, x);
+        return;
+    }
+    snprintf(text, sizeof text, "%.12E", x);
+    qw_pen_text(&e->pen, text);
+}
+
 static void put_inp(elements *e)
 {
     uint32_t node[MOST_NODES];
     qw_pen_text(&e->pen, "*HEADING\nquads of Quadwright\n*NODE, NSET=NALL\n");
     for (uint32_t v = 0; v < e->node_count; v++) {
-        qw_pen_print(&e->pen, "%u, ", v + 1);
-        put_point(e, v, ", ");
+        qw_pen_print(&e->pen, "%u", v + 1);
+        for (size_t k = 0; k < 3; k++)
+            qw_pen_text(&e->pen, ", "), put_inp_field(e, e->mesh->positions[3 * (size_t)v + k]);
         qw_pen_text(&e->pen, "\n"), flush(e, FLUSH);
     }
     for (uint32_t corners = e->second_order ? 8 : 4; corners >= 3; corners -= corners == 8 ? 5 : 1) {
