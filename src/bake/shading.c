@@ -2,8 +2,6 @@
 
 #include <string.h>
 
-static const float FAR_OFF = 0.5f; /* cosine: the input is shaded so otherwise that its normals are of no use */
-
 typedef struct shader {
     const qw_bake_target *target;
     const qw_look *look;
@@ -69,6 +67,7 @@ static uint32_t *corners_by_vertex(qw_env *env, const qw_bake_target *t, uint32_
 float *qw_shading_of_input(qw_env *env, const qw_bake_target *t, const qw_look *look)
 {
     enum { GRAIN = 64 };
+    const float of_use = 0.5f; /* cosine: normals of the input that are farther off than that are not */
     float *normal = QW_NEW(env, float, 3 * (size_t)t->corner_count);
     uint32_t *first, *corner = corners_by_vertex(env, t, &first);
     shader s = {.target = t, .look = look, .part = QW_NEW_ZERO(env, qw_vec3, t->corner_count)};
@@ -80,7 +79,7 @@ float *qw_shading_of_input(qw_env *env, const qw_bake_target *t, const qw_look *
             if (memcmp(own, t->normal + 3 * (size_t)corner[i], 3 * sizeof *own) == 0)
                 sum = qw_add(sum, s.part[corner[i]]);
         sum = qw_normalize(sum);
-        if (!(qw_dot(sum, vector_at(own)) >= FAR_OFF)) sum = vector_at(own);
+        if (!(qw_dot(sum, vector_at(own)) >= of_use)) sum = vector_at(own);
         normal[3 * (size_t)c] = sum.x, normal[3 * (size_t)c + 1] = sum.y, normal[3 * (size_t)c + 2] = sum.z;
     }
     qw_free(env, s.part), qw_free(env, first), qw_free(env, corner);

@@ -6,8 +6,8 @@
 #include <math.h>
 #include <string.h>
 
-enum { SWEEPS = 8, LENGTHS = 3, WAYS = 8, MOST_AROUND = 64, GRAIN = 64 };
-/* In edges: the longest step tried, each next half as long. */
+enum { SWEEPS = 8, WAYS = 8, MOST_AROUND = 64, GRAIN = 64 };
+/* In edges: the longest step tried; then half of it, and a quarter. */
 static const double LONGEST = 0.12;
 /* What even sides count beside right angles. */
 static const double EVEN = 0.05;
@@ -86,10 +86,10 @@ static void step_to(const easing *e, uint32_t v, int way, double length, double 
 static bool improve(const easing *e, uint32_t v)
 {
     double *place = place_of(e, v), first[3], best[3], least = price_around(e, v, INFINITY),
-           length = LONGEST * (double)e->held->edge[v];
+           length = LONGEST * (double)e->held->edge[v], shortest = length / 4;
     bool any = false;
     memcpy(first, place, sizeof first), memcpy(best, place, sizeof best);
-    for (int k = 0; k < LENGTHS; k++, length /= 2) {
+    for (; length >= shortest; length /= 2) {
         for (int way = 0; way < (e->ways[v] == 1 ? 2 : WAYS); way++) {
             double to[3];
             memcpy(place, first, sizeof first);
