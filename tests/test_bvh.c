@@ -126,6 +126,34 @@ static void nearest_body(void *user)
         }
 }
 
+/* Of one part among those of a mesh in stripes, one part of which is everywhere. */
+static void part_body(void *user)
+{
+    enum { PARTS = 5 };
+    qw_env *env = user;
+    qw_trimesh m = random_mesh(0, MOST);
+    uint32_t *component = QW_NEW(env, uint32_t, m.face_count);
+    for (uint32_t f = 0; f < m.face_count; f++) {
+        float x = m.position[m.corner[3 * f]].x;
+        component[f] = f % 7 == 0 ? 0 : 1 + (uint32_t)((x + 1) * 2) % (PARTS - 1);
+    }
+    m.component = component;
+    qw_bvh *bvh = qw_bvh_build(env, &m);
+    for (int i = 0; i < 500; i++) {
+        qw_vec3 p = random_point(i % 2 ? 0.6 : 3.0);
+        uint32_t part = (uint32_t)(uniform() * PARTS);
+        double best = FLT_MAX;
+        for (uint32_t f = 0; f < m.face_count; f++)
+            if (component[f] == part) best = fmin(best, triangle_distance2(&m, f, p));
+        qw_hit hit = qw_bvh_nearest_of(bvh, part, p, qw_v3(0, 0, 0), -1, FLT_MAX, QW_NONE);
+        assert_true((hit.face == QW_NONE) == (best == FLT_MAX));
+        if (hit.face == QW_NONE) continue;
+        check_hit(&m, hit, p);
+        assert_int_equal(component[hit.face], part);
+        assert_true(fabs(sqrt((double)hit.distance2) - sqrt(best)) < 2e-6);
+    }
+}
+
 static void normal_body(void *user)
 {
     qw_env *env = user;
@@ -381,6 +409,7 @@ static void run(void (*body)(void *))
 }
 
 static void test_nearest(void **s) { (void)s, run(nearest_body); }
+static void test_parts(void **s) { (void)s, run(part_body); }
 static void test_normals(void **s) { (void)s, run(normal_body); }
 static void test_pockets(void **s) { (void)s, run(pocket_body); }
 static void test_wall(void **s) { (void)s, run(wall_body); }
@@ -393,9 +422,10 @@ static void test_empty(void **s) { (void)s, run(empty_body); }
 QW_TEST_SUITE(bvh)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_nearest), cmocka_unit_test(test_normals),    cmocka_unit_test(test_wall),
-        cmocka_unit_test(test_rays),    cmocka_unit_test(test_watertight), cmocka_unit_test(test_curves),
-        cmocka_unit_test(test_threads), cmocka_unit_test(test_empty),      cmocka_unit_test(test_pockets),
+        cmocka_unit_test(test_nearest), cmocka_unit_test(test_parts),   cmocka_unit_test(test_normals),
+        cmocka_unit_test(test_wall),    cmocka_unit_test(test_rays),    cmocka_unit_test(test_watertight),
+        cmocka_unit_test(test_curves),  cmocka_unit_test(test_threads), cmocka_unit_test(test_empty),
+        cmocka_unit_test(test_pockets),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

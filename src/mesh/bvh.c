@@ -44,6 +44,8 @@ struct qw_bvh {
     disc *discs;         /* disc[tree.count], in leaf order */
     uint32_t *place;     /* uint32_t[tree.count]: where in discs a face is */
     normal_box *normals; /* normal_box[2 tree.count]: of the faces of each node */
+    uint32_t *part; /* uint32_t[2 tree.count]: the component of the faces of each node, QW_NONE for several; NULL: one
+                       has all */
 };
 
 struct qw_curve_tree {
@@ -270,6 +272,30 @@ static normal_box fill_normals(qw_bvh *bvh, uint32_t node)
     return bvh->normals[node] = b;
 }
 
+static bool has_parts(const qw_trimesh *mesh)
+{
+    for (uint32_t f = 0; mesh->component && f < mesh->face_count; f++)
+        if (mesh->component[f] != mesh->component[0]) return true;
+    return false;
+}
+
+/* Of a node and all below it. */
+static uint32_t fill_parts(qw_bvh *bvh, uint32_t node)
+{
+    const qw_box_node *n = &bvh->tree.nodes[node];
+    uint32_t part;
+    if (n->count == 0) {
+        uint32_t right = fill_parts(bvh, n->first + 1);
+        part = fill_parts(bvh, n->first);
+        if (part != right) part = QW_NONE;
+    } else {
+        part = bvh->component[bvh->discs[n->first].face];
+        for (uint32_t i = n->first + 1; i < n->first + n->count; i++)
+            if (bvh->component[bvh->discs[i].face] != part) part = QW_NONE;
+    }
+    return bvh->part[node] = part;
+}
+
 qw_bvh *qw_bvh_build(qw_env *env, const qw_trimesh *mesh)
 {
     assert(mesh->face_count == 0 || (mesh->position && mesh->corner));
@@ -287,6 +313,10 @@ qw_bvh *qw_bvh_build(qw_env *env, const qw_trimesh *mesh)
     qw_free(env, f.order);
     bvh->normals = QW_NEW(env, normal_box, 2 * (size_t)mesh->face_count);
     if (mesh->face_count > 0) fill_normals(bvh, 0);
+    if (has_parts(mesh)) {
+        bvh->part = QW_NEW(env, uint32_t, 2 * (size_t)mesh->face_count);
+        fill_parts(bvh, 0);
+    }
     return bvh;
 }
 
@@ -360,10 +390,13 @@ static inline bool may_agree(const normal_box *b, const qw_bvh_query *q)
     return most >= STEEPEST * (q->least_dot - 1e-4f);
 }
 
-/* The squared distance to the box of a node, or beyond all where no normal in it agrees. */
+/* The squared distance to the box of a node, or beyond all where no normal in it agrees, or no face is of the component
+   that is wanted. */
 static inline float key_of(const qw_bvh *bvh, uint32_t node, const qw_bvh_query *q, bool test_normal)
 {
     if (test_normal && !may_agree(&bvh->normals[node], q)) return INFINITY;
+    if (bvh->part && q->label == bvh->component && bvh->part[node] != QW_NONE && bvh->part[node] != q->wanted)
+        return INFINITY;
     return box_distance2(&bvh->tree.nodes[node], q->point);
 }
 
