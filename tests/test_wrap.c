@@ -114,8 +114,8 @@ static void check_skin(qw_env *env, const qw_wrapped *w)
     assert_int_equal(count_intersections(whole_positions(env, w), w->skin.corner, w->skin.face_count), 0);
 }
 
-/* No vertex of the skin is farther from the input than 2.2 times the distance: 2 is what is wanted, and all but one of a
-   soup of specks, 2.11 away as clang draws it, keep that. */
+/* No vertex of the skin is farther from the input than 2.2 times the distance: 2 is what is wanted, and all but one of
+   a soup of specks, 2.11 away as clang draws it, keep that. */
 static void check_distance(qw_env *env, const qw_clean_input *in, const qw_wrapped *w)
 {
     qw_trimesh m = mesh_of(env, in), skin = mesh_of(env, &w->skin);
