@@ -149,9 +149,11 @@ static inline soup soup_of_triangles(uint64_t seed, uint32_t count, double size)
     for (uint32_t f = 0; f < count; f++) {
         double c[3];
         for (int k = 0; k < 3; k++) c[k] = soup_uniform(&s, -0.5, 0.5);
-        for (int i = 0; i < 3; i++)
-            soup_vertex(&s, c[0] + soup_uniform(&s, -size, size), c[1] + soup_uniform(&s, -size, size),
-                        c[2] + soup_uniform(&s, -size, size));
+        for (int i = 0; i < 3; i++) {
+            double p[3]; /* drawn one after the other, as compilers order arguments differently */
+            for (int k = 0; k < 3; k++) p[k] = c[k] + soup_uniform(&s, -size, size);
+            soup_vertex(&s, p[0], p[1], p[2]);
+        }
         soup_triangle(&s, 3 * f, 3 * f + 1, 3 * f + 2);
     }
     return s;

@@ -66,12 +66,11 @@ static uint32_t *corners_by_vertex(qw_env *env, const qw_bake_target *t, uint32_
 
 float *qw_shading_of_input(qw_env *env, const qw_bake_target *t, const qw_look *look)
 {
-    enum { GRAIN = 64 };
     const float of_use = 0.5f; /* cosine: normals of the input that are farther off than that are not */
     float *normal = QW_NEW(env, float, 3 * (size_t)t->corner_count);
     uint32_t *first, *corner = corners_by_vertex(env, t, &first);
     shader s = {.target = t, .look = look, .part = QW_NEW_ZERO(env, qw_vec3, t->corner_count)};
-    qw_parallel(env, t->face_count, GRAIN, shade_faces, &s);
+    qw_parallel(env, t->face_count, 64, shade_faces, &s);
     for (uint32_t c = 0; c < t->corner_count; c++) {
         const float *own = t->normal + 3 * (size_t)c;
         qw_vec3 sum = qw_v3(0, 0, 0);

@@ -8,7 +8,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { GRAIN = 1024, FIXED_POINT = 1 << 20 };
+enum { GRAIN = 1024 };
 /* Cells begin so far apart, in their width: their mean distance is the width then. */
 static const float APART = 0.8f;
 
@@ -256,14 +256,14 @@ void qw_cells_limit(qw_env *env, const qw_cells *cells, float *value, float slop
     if (!(unit > 0)) return;
     qw_queue queue = qw_queue_create(env, cells->count);
     for (uint32_t c = 0; c < cells->count; c++)
-        if (limits_another(cells, value, slope, c)) qw_queue_put(&queue, c, (int64_t)(value[c] / unit * FIXED_POINT));
+        if (limits_another(cells, value, slope, c)) qw_queue_put(&queue, c, (int64_t)(value[c] / unit * QW_QUEUE_UNIT));
     for (uint32_t c; (c = qw_queue_take(&queue)) != QW_NONE;)
         for (uint32_t i = cells->begin[c]; i < cells->begin[c + 1]; i++) {
             uint32_t b = cells->neighbour[i];
             float most = value[c] + slope * qw_distance(cells->point[c], cells->point[b]);
             if (value[b] <= most) continue;
             value[b] = most;
-            qw_queue_put(&queue, b, (int64_t)(most / unit * FIXED_POINT));
+            qw_queue_put(&queue, b, (int64_t)(most / unit * QW_QUEUE_UNIT));
         }
     qw_free(env, queue.link);
 }

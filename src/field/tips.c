@@ -21,7 +21,7 @@ static const float SLENDER = 0.64f, NECK = 1.25f;
 static const float THICK = 6;
 /* A way around is the mean over WINDOW bins of BIN edges' width; none is looked for farther than BINS of them. */
 static const float BIN = 0.25f;
-enum { WINDOW = 4, BINS = 80, FIXED_POINT = 1 << 20 };
+enum { WINDOW = 4, BINS = 80 };
 /* What is a tube lies on both sides of a point: its middle is no farther from it than this share of its length. */
 static const float ONE_SIDE = 0.33f;
 
@@ -96,7 +96,7 @@ static bool is_highest(const qw_cells *c, const float *offset, uint32_t a)
 static void reach(finder *f, uint32_t a, float level)
 {
     f->level[a] = level;
-    qw_queue_put(&f->queue, a, (int64_t)(level / f->edge * FIXED_POINT));
+    qw_queue_put(&f->queue, a, (int64_t)(level / f->edge * QW_QUEUE_UNIT));
 }
 
 /* Reaches b in a straight line from a, if that is a shorter way and no longer than `farthest`. Most of what is asked is

@@ -20,7 +20,7 @@ static const float LEAST_LENGTH = 0.75f;
 /* A protrusion grows from a quad no farther than so many edge lengths from where it begins, whose normal points along
    it. */
 static const float FARTHEST = 2.5f;
-enum { MOST_RINGS = 24, TURNS = 32, FIXED_POINT = 1 << 20 };
+enum { MOST_RINGS = 24, TURNS = 32 };
 
 typedef struct protrusions {
     qw_env *env;
@@ -91,7 +91,7 @@ static uint32_t find_levels(protrusions *l)
             if (!l->open[w] && d < l->level[v]) l->level[v] = d, l->below[v] = m->twin[h];
             h = qw_around(m, h);
         } while (h != first);
-        if (l->level[v] < INFINITY) qw_queue_put(&l->queue, v, (int64_t)(l->level[v] / l->edge * FIXED_POINT));
+        if (l->level[v] < INFINITY) qw_queue_put(&l->queue, v, (int64_t)(l->level[v] / l->edge * QW_QUEUE_UNIT));
     }
     while ((v = qw_queue_take(&l->queue)) != QW_NONE) {
         tip = v;
@@ -101,7 +101,7 @@ static uint32_t find_levels(protrusions *l)
             float d = l->level[v] + qw_distance(m->position[v], m->position[w]);
             if (l->open[w] && d < l->level[w]) {
                 l->level[w] = d, l->below[w] = h;
-                qw_queue_put(&l->queue, w, (int64_t)(d / l->edge * FIXED_POINT));
+                qw_queue_put(&l->queue, w, (int64_t)(d / l->edge * QW_QUEUE_UNIT));
             }
             h = qw_around(m, h);
         } while (h != first);
@@ -303,7 +303,7 @@ static void open_tip(protrusions *l, uint32_t from, float length)
             float d = l->level[v] + qw_distance(m->position[v], m->position[w]);
             if (!l->open[w] && !l->seen[w] && d <= length && (!qw_queue_has(&l->queue, w) || d < l->level[w])) {
                 l->level[w] = d;
-                qw_queue_put(&l->queue, w, (int64_t)(d / l->edge * FIXED_POINT));
+                qw_queue_put(&l->queue, w, (int64_t)(d / l->edge * QW_QUEUE_UNIT));
             }
             h = qw_around(m, h);
         } while (h != QW_NONE && h != first);

@@ -9,7 +9,10 @@
 
 #include "base/env.h"
 
-enum { QW_QUEUE_BUCKETS = 64 };
+enum {
+    QW_QUEUE_BUCKETS = 64,
+    QW_QUEUE_UNIT = 1 << 20 /* steps of a key to a unit of what is a real number */
+};
 
 typedef struct qw_queue_link {
     int64_t key;

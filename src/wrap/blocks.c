@@ -3,10 +3,7 @@
 #include <assert.h>
 #include <string.h>
 
-enum {
-    BLOCK = 8,   /* cells along a side; a triangle of the skin is seldom longer than two */
-    LISTEN = 256 /* items between two words to the host */
-};
+enum { BLOCK = 8 }; /* cells along a side; a triangle of the skin is seldom longer than two */
 
 typedef struct blocks {
     qw_env *env;
@@ -61,7 +58,7 @@ static qw_guard_room room_of(const blocks *b, uint32_t block)
         box.low[k] = (int32_t)at[k] * side - half, box.high[k] = ((int32_t)at[k] + 1) * side + half - 1;
         if (box.low[k] < 0) box.low[k] = 0;
     }
-    return qw_guard_enter(b->guard, &box, 2 * (b->begin[block + 1] - b->begin[block]) + LISTEN);
+    return qw_guard_enter(b->guard, &box, 2 * (b->begin[block + 1] - b->begin[block]) + 4 * BLOCK * BLOCK);
 }
 
 static void work_through(void *user, uint32_t number, uint32_t begin, uint32_t end)
@@ -70,9 +67,9 @@ static void work_through(void *user, uint32_t number, uint32_t begin, uint32_t e
     (void)number;
     for (uint32_t c = begin; c < end; c++) {
         uint32_t hint = QW_NONE, first = b->begin[b->chosen[c]], last = b->begin[b->chosen[c] + 1];
+        if (!qw_listen(b->env)) return;
         for (uint32_t i = first; i < last; i++) {
             qw_guard_room *room = &b->room[c];
-            if (i % LISTEN == 0 && !qw_listen(b->env)) return;
             if (b->late[b->item[i]]) continue;
             room->reaches_out = false;
             b->work->step(b->work->user, room, b->item[i], &hint);
@@ -125,8 +122,9 @@ void qw_in_blocks(qw_env *env, qw_guard *g, uint32_t count, const qw_block_work 
     for (uint32_t kind = 0; kind < 8; kind++) work_on_kind(&b, kind);
     qw_guard_room whole = qw_guard_everywhere(g);
     for (uint32_t i = 0; i < count; i++) {
-        if (i % LISTEN == 0) qw_break_silence(env);
-        if (b.late[i]) work->step(work->user, &whole, i, &hint);
+        if (!b.late[i]) continue;
+        qw_break_silence(env);
+        work->step(work->user, &whole, i, &hint);
     }
     qw_scope_end(env);
 }
