@@ -142,12 +142,15 @@ static void draw_apart(search *s, uint32_t end)
 
 /* ---- all loops */
 
-/* Puts the vertices of a loop into the queue. */
-static void enter_loop(search *s, uint32_t l)
+/* Puts the vertices of the loop that v is on into the queue. */
+static void enter_loop(search *s, uint32_t v)
 {
-    s->leads[l] = 1;
-    for (uint32_t v = 0; v < s->m->vertex_count; v++)
-        if (s->loop[v] == l) s->from[v] = 0, s->queue[s->count++] = v;
+    const qw_quadmesh *m = s->m;
+    s->leads[s->loop[v]] = 1;
+    for (; s->from[v] == QW_NONE; v = m->corner[qw_quad_next(s->out[v])]) { /* along the boundary */
+        assert(m->twin[s->out[v]] == QW_NONE);
+        s->from[v] = 0, s->queue[s->count++] = v;
+    }
 }
 
 /* Sets s->leads: a way that stops at a loop whose neighbours are all used would have to turn back. */
@@ -157,15 +160,15 @@ static void find_leading(search *s, uint32_t from, uint32_t loops)
     memset(s->leads, 0, loops);
     memset(s->from, 0xff, m->vertex_count * sizeof *s->from);
     s->count = 0;
-    for (uint32_t l = 0; l < loops; l++)
-        if (l != from && s->odd[l]) enter_loop(s, l);
+    for (uint32_t v = 0; v < m->vertex_count; v++)
+        if (s->loop[v] != QW_NONE && s->loop[v] != from && s->odd[s->loop[v]]) enter_loop(s, v);
     for (uint32_t i = 0; i < s->count; i++) {
         uint32_t start = s->out[s->queue[i]], h = start;
         do {
             uint32_t u = m->corner[qw_quad_next(h)], l = s->loop[u];
             bool fresh = m->twin[h] != QW_NONE && s->from[u] == QW_NONE;
             if (fresh && l == QW_NONE) s->from[u] = h, s->queue[s->count++] = u;
-            else if (fresh && !s->used[l]) enter_loop(s, l);
+            else if (fresh && !s->used[l]) enter_loop(s, u);
             h = qw_quad_around(m, h);
         } while (h != QW_NONE && h != start);
     }

@@ -109,6 +109,12 @@ static uint32_t most_of_a_kind(const blocks *b)
     return most;
 }
 
+uint32_t qw_living_vertex(void *user, const qw_skin *s, uint32_t v)
+{
+    (void)user;
+    return s->out[v] == QW_NONE ? QW_NONE : v;
+}
+
 void qw_in_blocks(qw_env *env, qw_guard *g, uint32_t count, const qw_block_work *work)
 {
     blocks b = {.env = env, .guard = g, .work = work, .count = 1};

@@ -17,6 +17,9 @@ typedef struct qw_block_work {
     void (*step)(void *user, qw_guard_room *room, uint32_t item, uint32_t *hint);
 } qw_block_work;
 
+/* A vertex_of where the items are vertices: those that are left. */
+uint32_t qw_living_vertex(void *user, const qw_skin *s, uint32_t item);
+
 /* For the items 0..count-1. */
 void qw_in_blocks(qw_env *env, qw_guard *g, uint32_t count, const qw_block_work *work);
 

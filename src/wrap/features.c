@@ -164,12 +164,6 @@ static void ask_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
 
 /* ---- vertices */
 
-static uint32_t living_vertex(void *user, const qw_skin *s, uint32_t v)
-{
-    (void)user;
-    return s->out[v] == QW_NONE ? QW_NONE : v;
-}
-
 static void snap_vertex(void *user, qw_guard_room *room, uint32_t v, uint32_t *hint)
 {
     const asking *a = user;
@@ -196,7 +190,7 @@ void qw_snap_to_features(qw_env *env, qw_guard *g, const qw_wrap_target *target)
     asking a = {.env = env, .skin = s, .target = target, .face = QW_NEW(env, plane, s->face_count)};
     qw_parallel(env, s->face_count, GRAIN, ask_faces, &a);
     qw_break_silence(env);
-    qw_in_blocks(env, g, s->vertex_count, &(qw_block_work){&a, living_vertex, snap_vertex});
+    qw_in_blocks(env, g, s->vertex_count, &(qw_block_work){&a, qw_living_vertex, snap_vertex});
     qw_scope_end(env);
 }
 

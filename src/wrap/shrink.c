@@ -112,12 +112,6 @@ typedef struct moving {
     bool relaxes;
 } moving;
 
-static uint32_t moved_vertex(void *user, const qw_skin *s, uint32_t v)
-{
-    (void)user;
-    return s->out[v] == QW_NONE ? QW_NONE : v;
-}
-
 /* First along to the middle of its neighbours, as long as that is not straight to the input. */
 static void move_vertex(void *user, qw_guard_room *room, uint32_t v, uint32_t *unused)
 {
@@ -140,7 +134,7 @@ void qw_shrink(qw_env *env, qw_skin *skin, const qw_wrap_target *target)
 {
     qw_guard g = qw_guard_begin(env, skin);
     moving m = {target, QW_NEW(env, uint32_t, skin->vertex_count), false};
-    const qw_block_work moves = {&m, moved_vertex, move_vertex};
+    const qw_block_work moves = {&m, qw_living_vertex, move_vertex};
     for (uint32_t v = 0; v < skin->vertex_count; v++) m.hint[v] = QW_NONE;
     for (int i = 0; i < MOVE_ROUNDS; i++) {
         m.relaxes = i > 0;
