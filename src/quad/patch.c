@@ -263,8 +263,8 @@ static bool keeps_shape(const qw_repair_site *s, qw_patch *p)
     return far <= p->farthest && area >= p->least_area * p->area;
 }
 
-/* The faults of the patch as it is; some of them, no fewer than the best had, as soon as they are found. What is
-   cheap to see is looked at first. */
+/* The faults of the patch as it is. As soon as those found so far are no fewer than `most` they are returned, as the
+   patch is no better then. What is cheap to see is looked at first. */
 static qw_faults faults_at_most(qw_repair_site *s, const qw_patch *p, qw_faults most)
 {
     qw_faults sum = {0, 0, 0};
