@@ -18,11 +18,10 @@ static const double LEAST = 0.2, MOST = 2.5;
 
 /* ---- how the surface bends */
 
-/* In mean edges: bends are means over balls of this radius. */
-static const double BEND_RADIUS = 1;
-/* In roots of the area: as far around, how often the surface bends both ways says how much there is to see. It is
-   found on cells of a third of that. */
-static const double DETAIL_RADIUS = 0.15;
+/* Curvatures are means over balls of three radii: near by, of so many mean edges; far around, of so many roots of the
+   area; and of the geometric mean of both. Balls as large as a head or a hand say where there is much to see, those
+   between tell a face from the skull. Wide ones are found on cells of a third of their radius. */
+static const double NEAR = 1, FAR = 0.15;
 /* In 1 / mean edges: keeps logarithms of curvatures from nothing; that of a plane. */
 static const double FLAT = 0.02;
 
@@ -221,11 +220,11 @@ void qw_fit_between_curves(qw_env *env, const qw_trimesh *m, bool with_boundary,
 
 /* ---- all together */
 
-/* Sizes go as these powers of 1 / curvature: of the bend near by, and of the lesser curvature far around;
-   docs/dev/decisions/density.md has the others. */
-static const double BEND_POWER[2] = {0.36, 0.2}, DETAIL_POWER = 1.1;
-/* Up to this strength sizes go with the bend alone, which brings the quads nearest to the surface; from there on, more
-   and more, with how much there is to see, as people have them. */
+/* Sizes go as these powers of 1 / curvature; docs/dev/decisions/density.md has others. Up to the strength NEAREST: of
+   the bend near by, which brings the quads nearest to the surface. At strength 1, as people have them: of the bend
+   and of the lesser curvature, which say how much there is to see, in the balls between and far around. */
+enum { BEND_NEAR, BEND_BETWEEN, LESSER_BETWEEN, LESSER_FAR, POWERS };
+static const double NEAREST_POWER[POWERS] = {0.36}, SEEN_POWER[POWERS] = {0.1, 0.15, 0.6, 0.35};
 static const double NEAREST = 0.5;
 /* How much the edge length grows at most over its own length: up to NEAREST, and at strength 1. People let it grow by
    a third to twice as much from one quad to the next where these are few, and with less a face gets no finer than its
@@ -265,31 +264,40 @@ typedef struct shape_wish {
     float *area, *even, *bound; /* float[cells.count] */
 } shape_wish;
 
+/* Multiplies w->even by curvature^-power, the curvature a mean over balls of this radius. curvature: float[cells], then
+   that mean. */
+static void shrink_by(qw_env *env, shape_wish *w, double edge, float *curvature, double radius, double power)
+{
+    if (power == 0) return;
+    average_widely(env, &w->cells, w->area, radius, curvature);
+    for (uint32_t c = 0; c < w->cells.count; c++)
+        w->even[c] *= (float)qw_pow((double)curvature[c] * edge + FLAT, -power);
+}
+
 /* Sets w->even; bend, normal: [cells.count], filled in. */
 static void find_even(qw_env *env, const qw_trimesh *m, const qw_density_wish *wish, shape_wish *w, float *bend,
                       qw_vec3 *normal)
 {
-    double edge = wish->edge;
-    const qw_cells *cells = &w->cells;
-    cell_sums *sums = sum_up(env, m, cells);
-    float *detail = QW_NEW(env, float, cells->count), *near = QW_NEW(env, float, cells->count);
-    double more = beyond_nearest(wish), details = DETAIL_POWER * more,
-           bends = (BEND_POWER[0] + (BEND_POWER[1] - BEND_POWER[0]) * more) * fmin(wish->strength / NEAREST, 1);
-    for (uint32_t c = 0; c < cells->count; c++) w->area[c] = sums[c].area;
-    qw_cells_spread(env, cells, &sums->area, SUMS, 1);
-    for (uint32_t c = 0; c < cells->count; c++) {
+    double edge = wish->edge, far = FAR * sqrt(qw_trimesh_area(m)), seen = beyond_nearest(wish);
+    uint32_t n = w->cells.count;
+    cell_sums *sums = sum_up(env, m, &w->cells);
+    for (uint32_t c = 0; c < n; c++) w->area[c] = sums[c].area, w->even[c] = 1;
+    qw_cells_spread(env, &w->cells, &sums->area, SUMS, 1);
+    float *lesser = QW_NEW(env, float, n), *mean = QW_NEW(env, float, n);
+    for (uint32_t c = 0; c < n; c++) {
         double k[2];
         normal[c] = principal_curvatures(&sums[c], k);
-        near[c] = bend[c] = (float)sqrt(k[0] * k[0] + k[1] * k[1]);
-        detail[c] = (float)fmin(fabs(k[0]), fabs(k[1]));
+        bend[c] = (float)sqrt(k[0] * k[0] + k[1] * k[1]);
+        lesser[c] = (float)fmin(fabs(k[0]), fabs(k[1]));
     }
-    average(env, cells, w->area, BEND_RADIUS * edge, near);
-    if (details > 0) average_widely(env, cells, w->area, DETAIL_RADIUS * sqrt(qw_trimesh_area(m)), detail);
-    for (uint32_t c = 0; c < cells->count; c++) {
-        double of_detail = details > 0 ? qw_pow((double)detail[c] * edge + FLAT, -details) : 1;
-        w->even[c] = (float)(qw_pow((double)near[c] * edge + FLAT, -bends) * of_detail);
+    const float *of[POWERS] = {bend, bend, lesser, lesser};
+    double between = sqrt(NEAR * edge * far), radius[POWERS] = {NEAR * edge, between, between, far};
+    for (int i = 0; i < POWERS; i++) {
+        double power = NEAREST_POWER[i] + seen * (SEEN_POWER[i] - NEAREST_POWER[i]);
+        memcpy(mean, of[i], n * sizeof *mean);
+        shrink_by(env, w, edge, mean, radius[i], power * fmin(wish->strength / NEAREST, 1));
     }
-    qw_free(env, detail), qw_free(env, near), qw_free(env, sums);
+    qw_free(env, lesser), qw_free(env, mean), qw_free(env, sums);
 }
 
 /* Sizes are multiplied so that the mean of 1 / size^2 over the area is 1. */
