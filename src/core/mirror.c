@@ -377,9 +377,16 @@ static void take_side(qw_run_state *run, const side *s, const qw_mirror_search *
     warn_of_single(run, s->single);
 }
 
-static bool is_like(const qw_census *a, const qw_census *b)
+/* Whether the half sewn to its reflection has components of the same topologies as the whole surface: holes that one
+   side has may be on another component of the other side, so that sums alone do not tell. */
+static bool is_like(const qw_run_state *run, const qw_half *half)
 {
-    return a->components == b->components && a->boundary_loops == b->boundary_loops && a->euler == b->euler;
+    const qw_census *is = &half->whole, *was = &run->whole.census;
+    if (is->components != was->components) return false;
+    uint64_t *topology = qw_list_topologies(run->env, &run->whole.clean.mesh, was);
+    bool same = memcmp(topology, half->topology, (size_t)was->components * sizeof *topology) == 0;
+    qw_free(run->env, topology);
+    return same;
 }
 
 /* Whether the plane was used. `auto` uses no plane whose sides have another topology. */
@@ -388,7 +395,7 @@ static bool use_plane(qw_run_state *run, const qw_mirror_search *found, uint32_t
     side s = cut_surface(run, &found->plane);
     if (is_one_sided(run)) qw_fail(run->env, QW_UNSUPPORTED, -1, "%s", ONE_SIDED);
     if (s.half.face_count == 0) qw_fail(run->env, QW_OPTION, -1, "the whole surface lies in the plane of symmetry");
-    bool is_other = !is_like(&s.half.whole, &run->whole.census);
+    bool is_other = !is_like(run, &s.half);
     if (is_other && is_auto(run)) return false;
     if (is_other) qw_warn(run, OTHER_TOPOLOGY);
     take_side(run, &s, found, number);

@@ -1,6 +1,7 @@
 /* Adjacency, invariants, census and normals of triangle surfaces. */
 #include "mesh/trimesh.h"
 
+#include "base/sort.h"
 #include "mesh/edges.h"
 
 #include <assert.h>
@@ -175,6 +176,25 @@ qw_census qw_trimesh_census(qw_env *env, const qw_trimesh *mesh)
     uint32_t *component = QW_NEW(env, uint32_t, mesh->face_count);
     uint32_t components = qw_label_components(env, 3, mesh->twin, mesh->face_count, component);
     return qw_trimesh_census_of(env, mesh, component, components);
+}
+
+uint64_t *qw_list_topologies(qw_env *env, const qw_trimesh *mesh, const qw_census *census)
+{
+    assert(mesh->twin && census->component);
+    uint64_t *of = QW_NEW_ZERO(env, uint64_t, (size_t)census->components); /* loops, and twice the Euler number */
+    uint8_t *seen = QW_NEW_ZERO(env, uint8_t, mesh->vertex_count),
+            *passed = QW_NEW_ZERO(env, uint8_t, 3 * (size_t)mesh->face_count);
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
+        bool is_boundary = mesh->twin[h] == QW_NONE;
+        uint64_t loops = is_boundary && !passed[h];
+        int64_t twice = 2 * !seen[mesh->corner[h]] - (is_boundary ? 2 : 1) + (h % 3 == 0 ? 2 : 0);
+        seen[mesh->corner[h]] = 1;
+        for (uint32_t g = h; is_boundary && !passed[g]; g = qw_next_on_boundary(mesh, g)) passed[g] = 1;
+        of[census->component[h / 3]] += (loops << 32) + (uint64_t)twice;
+    }
+    qw_free(env, seen), qw_free(env, passed);
+    qw_sort_u64(of, (size_t)census->components);
+    return of;
 }
 
 /* ---- normals */

@@ -67,6 +67,8 @@ typedef struct qw_census {
 qw_census qw_trimesh_census(qw_env *env, const qw_trimesh *mesh);
 /* The same where it is known which component each face is in. */
 qw_census qw_trimesh_census_of(qw_env *env, const qw_trimesh *mesh, uint32_t *component, uint32_t components);
+/* One number for each component, of its boundary loops and its Euler number: uint64_t[census->components], sorted. */
+uint64_t *qw_list_topologies(qw_env *env, const qw_trimesh *mesh, const qw_census *census);
 /* Numbers components in the order of their first faces; returns how many there are. twin: uint32_t[sides face_count],
    where a face has 3 or 4 sides; component: uint32_t[face_count]. */
 uint32_t qw_label_components(qw_env *env, uint32_t sides, const uint32_t *twin, uint32_t face_count,

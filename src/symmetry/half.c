@@ -210,10 +210,10 @@ static void take_marks(cut *c)
     }
 }
 
-/* The census of the half and its reflection, sewn together along the cut. */
-static qw_census census_of_whole(cut *c)
+/* Sets the census of the half and its reflection, sewn together along the cut, and the topology of each component. */
+static void count_whole(cut *c)
 {
-    const qw_half *half = &c->half;
+    qw_half *half = &c->half;
     uint32_t sides = 3 * half->face_count, count = half->vertex_count;
     qw_trimesh one = {.vertex_count = count, .face_count = half->face_count, .corner = half->corner};
     qw_trimesh_link(c->env, &one);
@@ -234,7 +234,8 @@ static qw_census census_of_whole(cut *c)
         for (int i = 0; i < 3; i++) to[2 - i] = reflected[half->corner[3 * f + (uint32_t)i]];
     }
     qw_trimesh_link(c->env, &all);
-    return qw_trimesh_census(c->env, &all);
+    half->whole = qw_trimesh_census(c->env, &all);
+    half->topology = qw_list_topologies(c->env, &all, &half->whole);
 }
 
 qw_half qw_cut_half(qw_env *env, const qw_trimesh *mesh, const double *position, const qw_mirror_plane *plane,
@@ -260,7 +261,7 @@ qw_half qw_cut_half(qw_env *env, const qw_trimesh *mesh, const double *position,
     lift_contacts(&c);
     for (uint32_t f = 0; f < mesh->face_count; f++) take_face(&c, f);
     take_marks(&c);
-    if (c.half.face_count) c.half.whole = census_of_whole(&c);
+    if (c.half.face_count) count_whole(&c);
     qw_free(env, c.height), qw_free(env, c.vertex), qw_free(env, c.on_edge);
     return c.half;
 }

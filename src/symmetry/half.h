@@ -22,6 +22,7 @@ typedef struct qw_half {
     uint32_t *mark;         /* uint32_t[mark_count][2]: ends of marked edges */
     uint32_t in_plane;      /* triangles that lie in the plane and so are left out */
     qw_census whole;        /* of the half sewn to its reflection */
+    uint64_t *topology;     /* uint64_t[whole.components]: as of qw_list_topologies, of the same */
 } qw_half;
 
 /* The side of the larger area; between equal ones that which the normal points to. mesh: linked, oriented; position:
