@@ -387,15 +387,47 @@ static void changes_what_no_position_would_repair(void **state)
     qw_env_destroy(env);
 }
 
+/* Whether a strip from y = 0 to `high` is flipped over a triangle of which the tip is at y = `tip`. */
+static qw_flip flip_of_strip(qw_env *env, float high, float tip)
+{
+    qw_vec3 strip[4] = {qw_v3(0, 0, 0), qw_v3(1, 0, 0), qw_v3(1, high, 0), qw_v3(0, high, 0)},
+            place[3] = {qw_v3(0, 0, 0), qw_v3(1, 0, 0), qw_v3(0.5f, tip, 0)};
+    uint32_t corner[3] = {0, 1, 2};
+    qw_trimesh surface = {.vertex_count = 3, .face_count = 1, .position = place, .corner = corner};
+    qw_trimesh_link(env, &surface);
+    qw_flip_judge judge = {.surface = &surface, .tree = qw_bvh_build(env, &surface), .edge = 0.1f};
+    return qw_flip_of_quad(&judge, strip, (const uint32_t[4]){0, 1, 2, 3});
+}
+
+/* A needle's sides are those of rounding, of the surface as of the quads. */
+static void what_has_no_side_is_not_flipped(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    static const float THIN = 1e-9f;
+    assert_int_equal(flip_of_strip(env, 0.3f, 1), QW_NOT_FLIPPED);
+    assert_int_equal(flip_of_strip(env, 0.3f, -1), QW_FLIPPED);
+    assert_int_equal(flip_of_strip(env, 0.3f, -THIN), QW_NOT_FLIPPED);
+    assert_int_equal(flip_of_strip(env, -THIN, 1), QW_NOT_FLIPPED);
+    qw_env_destroy(env);
+}
+
 QW_TEST_SUITE(flip_repair)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(leaves_what_is_not_flipped),     cmocka_unit_test(opens_what_one_vertex_inverts),
-        cmocka_unit_test(moves_corners_if_need_be),       cmocka_unit_test(leaves_what_it_cannot_open),
-        cmocka_unit_test(clears_flipped_quads),           cmocka_unit_test(keeps_the_shape),
-        cmocka_unit_test(flips_blocks_of_the_sheet_back), cmocka_unit_test(moves_corners_far_if_need_be),
-        cmocka_unit_test(is_not_fooled_by_strays),        cmocka_unit_test(last_resort_leaves_what_is_not_flipped),
-        cmocka_unit_test(last_resort_flips_blocks_back),  cmocka_unit_test(changes_what_no_position_would_repair),
+        cmocka_unit_test(leaves_what_is_not_flipped),
+        cmocka_unit_test(opens_what_one_vertex_inverts),
+        cmocka_unit_test(moves_corners_if_need_be),
+        cmocka_unit_test(leaves_what_it_cannot_open),
+        cmocka_unit_test(clears_flipped_quads),
+        cmocka_unit_test(keeps_the_shape),
+        cmocka_unit_test(flips_blocks_of_the_sheet_back),
+        cmocka_unit_test(moves_corners_far_if_need_be),
+        cmocka_unit_test(is_not_fooled_by_strays),
+        cmocka_unit_test(last_resort_leaves_what_is_not_flipped),
+        cmocka_unit_test(last_resort_flips_blocks_back),
+        cmocka_unit_test(changes_what_no_position_would_repair),
+        cmocka_unit_test(what_has_no_side_is_not_flipped),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,6 +3,7 @@
 #include "mesh/slide.h"
 
 #include <assert.h>
+#include <float.h>
 #include <math.h>
 
 enum {
@@ -21,9 +22,21 @@ static qw_vec3 point_in(const qw_vec3 *p, const uint32_t *c, int k)
     return qw_madd(qw_madd(q, weights[k][1], p[c[1]]), weights[k][2], p[c[2]]);
 }
 
+/* Of a triangle, or 0 where it is thinner than its corners are rounded, as coordinates go up to 1: such a one has no
+   side. */
+static qw_vec3 cross_of(const qw_vec3 *p, const uint32_t *c)
+{
+    qw_vec3 cross = qw_triangle_cross(p, c);
+    float longest2 = 0;
+    for (int i = 0; i < 3; i++) longest2 = fmaxf(longest2, qw_length2(qw_sub(p[c[(i + 1) % 3]], p[c[i]])));
+    return qw_length2(cross) > 4 * FLT_EPSILON * FLT_EPSILON * longest2 ? cross : qw_v3(0, 0, 0);
+}
+
 static qw_vec3 surface_normal(const qw_flip_judge *j, uint32_t face)
 {
-    return j->normal ? j->normal[face] : qw_normalize(qw_face_cross(j->surface, face));
+    const qw_trimesh *s = j->surface;
+    qw_vec3 cross = cross_of(s->position, s->corner + 3 * (size_t)face);
+    return j->normal && qw_length2(cross) > 0 ? j->normal[face] : qw_normalize(cross);
 }
 
 static qw_hit find_nearest(const qw_flip_judge *j, qw_vec3 point, qw_vec3 normal, float least_dot, float reach,
@@ -39,10 +52,10 @@ static bool opposes_nearest(const qw_flip_judge *j, const qw_vec3 *p, const uint
 {
     assert(j->surface && j->tree);
     float all = 0, opposed = 0, other = 0;
-    for (uint32_t t = 0; t < count; t++) all += qw_length(qw_triangle_cross(p, corner + 3 * t));
+    for (uint32_t t = 0; t < count; t++) all += qw_length(cross_of(p, corner + 3 * t));
     for (uint32_t t = 0; t < count; t++) {
         const uint32_t *c = corner + 3 * t;
-        qw_vec3 cross = qw_triangle_cross(p, c), normal = qw_normalize(cross);
+        qw_vec3 cross = cross_of(p, c), normal = qw_normalize(cross);
         for (int k = 0; k < POINTS; k++) {
             qw_hit hit = find_nearest(j, point_in(p, c, k), qw_v3(0, 0, 0), -1, INFINITY, *hint);
             if (hit.face == QW_NONE) return false;
@@ -92,10 +105,10 @@ static bool is_alone(const qw_flip_judge *j, const qw_vec3 *p, const uint32_t *c
     assert(j->surface && j->tree);
     float all = 0, agreed = 0, reach = l->reach * j->edge, sliver_patch = l->sliver_patch * j->edge * j->edge;
     uint32_t hint = QW_NONE;
-    for (uint32_t t = 0; t < count; t++) all += qw_length(qw_triangle_cross(p, corner + 3 * t));
+    for (uint32_t t = 0; t < count; t++) all += qw_length(cross_of(p, corner + 3 * t));
     for (uint32_t t = 0; t < count; t++) {
         const uint32_t *c = corner + 3 * t;
-        qw_vec3 cross = qw_triangle_cross(p, c), normal = qw_normalize(cross);
+        qw_vec3 cross = cross_of(p, c), normal = qw_normalize(cross);
         for (int k = 0; k < POINTS; k++) {
             qw_vec3 point = point_in(p, c, k);
             qw_hit hit = find_nearest(j, point, normal, QW_FLIP_AGREES, reach, hint);
