@@ -152,6 +152,15 @@ static void at_bottle(double u, double v, double p[3])
     p[0] = radius[i] * cos(2 * PI * u), p[1] = radius[i] * sin(2 * PI * u), p[2] = height[i];
 }
 
+/* A goblet: a foot, a stem, and a bowl with a wall. */
+static void at_goblet(double u, double v, double p[3])
+{
+    static const double height[] = {0, 0, 0.03, 0.1, 0.6, 0.75, 1, 1.5, 1.5, 1.03, 0.8, 0.79},
+                        radius[] = {0, 0.5, 0.5, 0.08, 0.06, 0.1, 0.45, 0.55, 0.52, 0.42, 0.06, 0};
+    int i = (int)(11 * v + 0.5);
+    p[0] = radius[i] * cos(2 * PI * u), p[1] = radius[i] * sin(2 * PI * u), p[2] = height[i];
+}
+
 static void expect_square(const shape *s, int64_t faces, double adaptive)
 {
     qw_mesh_view view = shape_view(s), quads;
@@ -180,6 +189,9 @@ static void rows_end_where_the_girth_changes(void **state)
     shape_free(&s);
     s = shape_of_sheet(&(shape_sheet){48, 9, true, false, false, at_bottle});
     for (size_t i = 1; i < sizeof counts / sizeof *counts; i++) expect_square(&s, counts[i], 0.5);
+    shape_free(&s);
+    s = shape_of_sheet(&(shape_sheet){48, 11, true, false, false, at_goblet});
+    expect_square(&s, 140, 0.5);
     shape_free(&s);
 }
 

@@ -104,7 +104,7 @@ static void let_rows_end(qw_run_state *run, const qw_hierarchy *hierarchy, const
                                           (uint64_t)run->options.seed);
         double now = qw_girth_spread(env, mesh, run->normal, o, size, other);
         qw_log(env, QW_LOG_DEBUG, "width of rows: %.3f, with less of the shape %.3f", spread, now);
-        if (now < least && count_cones(mesh, run->normal, o) > cones) least = now, orientation = o, alignment = less;
+        if (now < least && count_cones(mesh, run->normal, o) >= cones) least = now, orientation = o, alignment = less;
     }
     run->orientation = orientation, run->alignment = alignment;
     qw_free(env, slope), qw_free(env, other);
