@@ -456,7 +456,7 @@ static void test_sheets_keep_sides(void **unused)
     soup_sheet(&s, here, 1, 1, 0, 0, 6);
     qw_result *result = wrapped_quads(&s, 400);
     qw_mesh_view quads = qw_result_mesh(result);
-    double off = qw_result_report(result)->wrap_distance / 256;
+    double off = qw_result_report(result)->wrap_distance / 512;
     uint32_t above = 0, below = 0;
     for (uint32_t v = 0; v < quads.vertex_count; v++) {
         double z = quads.positions[3 * (size_t)v + 2];

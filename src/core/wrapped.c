@@ -150,7 +150,7 @@ void qw_wrap_whole(qw_run_state *run)
     report(run, &w);
     *clean = qw_clean_surface(run->env, &w.skin, 0, false);
     clean->counts.triangles = triangles;
-    clean->wrapped = (float)(w.distance * clean->frame.scale), clean->seen = w.seen;
+    clean->wrapped = (float)(w.distance / 2 * clean->frame.scale), clean->seen = w.seen;
     for (uint32_t f = 0; f < clean->mesh.face_count; f++) clean->source_face[f] = w.source[clean->source_face[f]];
     run->whole.census = qw_trimesh_census_of(run->env, &clean->mesh, clean->component, clean->components);
 }

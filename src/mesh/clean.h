@@ -36,7 +36,7 @@ typedef struct qw_clean {
     qw_own_frames own;               /* of components that single precision would flatten */
     uint32_t *component, components; /* of each face, as by qw_label_components */
     uint32_t *source_face;           /* uint32_t[mesh.face_count]: polygon that each triangle comes from */
-    float wrapped; /* this is a skin about the input (wrap/wrap.h), which has closed gaps of this width; 0: it is not.
+    float wrapped; /* this is a skin about the input (wrap/wrap.h), made of cells of this width; 0: it is not.
                       Its triangles come from the polygons that are nearest */
     uint8_t *seen; /* uint8_t[faces of the input] of a skin: 1: outside comes near this polygon; NULL: it is no skin */
     qw_clean_counts counts;

@@ -9,7 +9,7 @@
 enum {
     MARGIN = 3,       /* cells about the box */
     SLAB = 4,         /* layers that one task marks */
-    CRUMB = 2,        /* cells: a cluster no larger than that in any direction is a crumb */
+    CRUMB = 5,        /* cells: a cluster no larger than that in any direction is a crumb */
     LISTEN = 1 << 16, /* cells between two words to the host */
     MOST_SLABS = 8    /* that triangles meet in the mean: where they meet more, they are not listed */
 };
@@ -324,6 +324,26 @@ static void turn_cells(qw_wrap_lattice *l, uint8_t from, uint8_t to)
         if (l->cell[c] == from) l->cell[c] = to;
 }
 
+/* Outside cells that are in no cube of 2 x 2 x 2 of them lie in gaps: they are inside. */
+static void close_gaps(qw_env *env, qw_wrap_lattice *l)
+{
+    const size_t x = 1, y = l->frame.cells[0], z = y * l->frame.cells[1];
+    const size_t eight[8] = {0, x, y, x + y, z, x + z, y + z, x + y + z};
+    for (uint32_t k = 0; k + 1 < l->frame.cells[2]; k++) {
+        qw_break_silence(env);
+        for (uint32_t j = 0; j + 1 < l->frame.cells[1]; j++)
+            for (uint32_t i = 0; i + 1 < l->frame.cells[0]; i++) {
+                uint8_t *c = l->cell + qw_cell_index(&l->frame, i, j, k);
+                bool is_wide = true;
+                for (int n = 0; n < 8 && is_wide; n++)
+                    is_wide = c[eight[n]] == QW_CELL_OUTSIDE || c[eight[n]] == CELL_REACHED;
+                for (int n = 0; n < 8 && is_wide; n++) c[eight[n]] = CELL_REACHED;
+            }
+    }
+    turn_cells(l, QW_CELL_OUTSIDE, QW_CELL_FREE);
+    turn_cells(l, CELL_REACHED, QW_CELL_OUTSIDE);
+}
+
 /* Outside cells that filling has cut off are inside. */
 static void reach_again(flood *f)
 {
@@ -357,7 +377,8 @@ static void drop_crumbs(flood *f)
     qw_free(f->env, crumb);
 }
 
-qw_wrap_lattice qw_wrap_lattice_fill(qw_env *env, const qw_wrap_frame *frame, const qw_wrap_triangles *triangles)
+qw_wrap_lattice qw_wrap_lattice_fill(qw_env *env, const qw_wrap_frame *frame, const qw_wrap_triangles *triangles,
+                                     bool closes)
 {
     qw_wrap_lattice l = {.frame = *frame, .count = (size_t)frame->cells[0] * frame->cells[1] * frame->cells[2]};
     uint32_t extent[3];
@@ -369,6 +390,7 @@ qw_wrap_lattice qw_wrap_lattice_fill(qw_env *env, const qw_wrap_frame *frame, co
     qw_break_silence(env);
     flood f = {.env = env, .lattice = &l};
     flood_from(&f, 0, QW_CELL_FREE, QW_CELL_OUTSIDE, extent);
+    if (closes) close_gaps(env, &l);
     fill_until_manifold(&f);
     reach_again(&f);
     drop_crumbs(&f);

@@ -1,6 +1,6 @@
 /* The lattice of a wrap: cubic cells about the input, those that the input meets, and those that are reached from
- * outside through cells that it does not meet. What is not outside is inside; gaps narrower than a cell are closed, and
- * what lies within a shell is inside with it. */
+ * outside through cells that it does not meet. What is not outside is inside; gaps narrower than a cell are closed, or
+ * than two where that is asked for, and what lies within a shell is inside with it. */
 #ifndef QW_WRAP_LATTICE_H
 #define QW_WRAP_LATTICE_H
 
@@ -29,7 +29,7 @@ typedef struct qw_wrap_lattice {
     qw_wrap_frame frame;
     size_t count;   /* cells */
     uint8_t *cell;  /* uint8_t[count], QW_CELL_: x runs fastest */
-    int64_t crumbs; /* clusters that were dropped, as they are no larger than two cells */
+    int64_t crumbs; /* clusters that were dropped, as none is larger than five cells */
     int64_t clusters;
 } qw_wrap_lattice;
 
@@ -42,9 +42,10 @@ double qw_cells_across(double side, double cell);
 qw_wrap_frame qw_wrap_frame_of(qw_env *env, const double low[3], const double high[3], double cell);
 
 /* Cells that are met, outside and the rest; every cell at the rim is outside, and the boundary of what is outside is a
- * closed manifold of cell faces: no two inside cells touch at an edge or a corner alone, nor do two outside. In the
- * caller's scope. */
-qw_wrap_lattice qw_wrap_lattice_fill(qw_env *env, const qw_wrap_frame *frame, const qw_wrap_triangles *triangles);
+ * closed manifold of cell faces: no two inside cells touch at an edge or a corner alone, nor do two outside. closes:
+ * outside cells that are in no cube of 2 x 2 x 2 of them are inside. In the caller's scope. */
+qw_wrap_lattice qw_wrap_lattice_fill(qw_env *env, const qw_wrap_frame *frame, const qw_wrap_triangles *triangles,
+                                     bool closes);
 
 static inline size_t qw_cell_index(const qw_wrap_frame *f, uint32_t x, uint32_t y, uint32_t z)
 {

@@ -101,7 +101,7 @@ static void wanted_place(const qw_skin *s, const qw_wrap_target *target, const d
     qw_lift(s, &touch, normal, lifted);
     for (int k = 0; k < 3; k++) way[k] = lifted[k] - p[k];
     double along = qw_dot_doubles(way, normal), length = sqrt(qw_dot_doubles(way, way));
-    bool is_far = length > 1.5 * s->frame.side; /* no gap that is bridged is so wide */
+    bool is_far = length > 3 * s->frame.side; /* no gap that is bridged is so wide */
     bool straight = fabs(along) >= ALONG * length || length < 0.25 * s->frame.side || is_far;
     for (int k = 0; k < 3; k++) to[k] = straight ? lifted[k] : p[k] + along * normal[k];
 }

@@ -62,7 +62,7 @@ static void keep_some(const qw_clean_input *input, qw_triangles *t)
     t->count = kept;
 }
 
-qw_filled qw_wrap_fill(qw_env *env, const qw_clean_input *input, double cell)
+static qw_filled fill(qw_env *env, const qw_clean_input *input, double cell, bool closes)
 {
     qw_filled f = {.polygons = qw_triangulate(env, input)};
     keep_some(input, &f.polygons);
@@ -77,15 +77,21 @@ qw_filled qw_wrap_fill(qw_env *env, const qw_clean_input *input, double cell)
                 "the surface is %.3g long: in double precision so little has no area; scale the input up", longest);
     qw_wrap_frame frame = qw_wrap_frame_of(env, b.low, b.high, cell);
     f.triangles = (qw_wrap_triangles){f.polygons.count, f.polygons.corner, in_units(env, input, &frame)};
-    f.lattice = qw_wrap_lattice_fill(env, &frame, &f.triangles);
+    f.lattice = qw_wrap_lattice_fill(env, &frame, &f.triangles, closes);
     return f;
+}
+
+/* Cells are half as wide as the gaps, of which two together fit into what stays open. */
+qw_filled qw_wrap_fill(qw_env *env, const qw_clean_input *input, double distance)
+{
+    return fill(env, input, distance / 2, true);
 }
 
 double qw_wrap_load(const qw_clean_input *input, double distance)
 {
     box b = box_of(input);
     double load = 1.0 / QW_MOST_CELLS;
-    for (int k = 0; k < 3; k++) load *= qw_cells_across(b.high[k] - b.low[k], distance);
+    for (int k = 0; k < 3; k++) load *= qw_cells_across(b.high[k] - b.low[k], distance / 2);
     return load;
 }
 
@@ -96,7 +102,7 @@ double qw_wrap_distance_for(qw_env *env, const qw_clean_input *input, double qua
     double longest = 0;
     for (int k = 0; k < 3; k++) longest = fmax(longest, b.high[k] - b.low[k]);
     double cell = longest > 0 ? longest / COARSE : 1;
-    qw_filled f = qw_wrap_fill(env, input, cell);
+    qw_filled f = fill(env, input, cell, false);
     qw_skin skin = qw_skin_of_lattice(env, &f.lattice);
     double area = skin.face_count / 2.0 * FACES_TO_AREA; /* in faces of a cell: squares of lengths may overflow */
     qw_scope_end(env);
@@ -111,7 +117,7 @@ double qw_wrap_hidden(qw_env *env, const qw_clean_input *input)
     for (int k = 0; k < 3; k++) longest = fmax(longest, b.high[k] - b.low[k]);
     double share = 0;
     if (longest > 0 && isfinite(longest)) {
-        qw_filled f = qw_wrap_fill(env, input, longest / FINE);
+        qw_filled f = fill(env, input, longest / FINE, false);
         share = qw_hidden_area(&f.lattice, &f.triangles);
     }
     qw_scope_end(env);

@@ -24,8 +24,9 @@ typedef struct qw_filled {
     qw_wrap_triangles triangles;
     qw_wrap_lattice lattice;
 } qw_filled;
-/* cell: edge length, in the coordinates of the input. Fails as qw_wrap does. In the caller's scope. */
-qw_filled qw_wrap_fill(qw_env *env, const qw_clean_input *input, double cell);
+/* Gaps narrower than the distance are closed, in the coordinates of the input; cells are half as wide. Fails as qw_wrap
+ * does. In the caller's scope. */
+qw_filled qw_wrap_fill(qw_env *env, const qw_clean_input *input, double distance);
 
 /* distance: gaps narrower than this are closed, in the coordinates of the input. Fails with QW_ONLY_DEGENERATE,
  * QW_NO_FACES, QW_TOO_LARGE. The arrays are of the caller's scope. */

@@ -7,9 +7,9 @@
 
 #include "mesh/bvh.h"
 
-/* Of the distance: how far the skin stays off the input, so that both sides of a sheet have room. */
+/* Of a cell: how far the skin stays off the input, so that both sides of a sheet have room. */
 #define QW_WRAP_OFF  (1.0 / 256)
-/* Of the distance: where the skin is farther from the input it closes a gap, and lies where it should. */
+/* Of a cell: where the skin is farther from the input it closes a gap, and lies where it should. */
 #define QW_WRAP_NEAR 0.25
 
 typedef struct qw_wrap_target {
