@@ -176,6 +176,28 @@ static void normal_body(void *user)
     }
 }
 
+/* Rays that are looked for together, near one another and not, meet what each meets by itself. */
+static void rays_together(const qw_bvh *bvh, const qw_bvh_pocket *pocket, qw_vec3 centre, double radius)
+{
+    qw_vec3 o[QW_MOST_RAYS], d[QW_MOST_RAYS];
+    float most[QW_MOST_RAYS];
+    qw_hit quick[QW_MOST_RAYS];
+    for (uint32_t k = 0; k < 12; k++) {
+        uint32_t count = k % QW_MOST_RAYS + 1;
+        double spread = k % 3 ? 0.03 : 0.8;
+        qw_vec3 middle = qw_add(centre, random_point((0.8 - spread) * radius)), toward = random_point(1);
+        for (uint32_t i = 0; i < count; i++) {
+            o[i] = qw_add(middle, random_point(spread * radius));
+            d[i] = qw_normalize(qw_add(toward, random_point(spread))), most[i] = between(0, 1) * (float)radius;
+        }
+        qw_bvh_rays_near(bvh, pocket, o, d, most, count, quick);
+        for (uint32_t i = 0; i < count; i++) {
+            qw_hit plain = qw_bvh_ray(bvh, o[i], d[i], most[i], QW_NONE);
+            assert_memory_equal(&plain, &quick[i], sizeof plain);
+        }
+    }
+}
+
 /* A pocket never changes an answer, and of all faces that meet its ball none is missing. */
 static void pocket_body(void *user)
 {
@@ -218,6 +240,7 @@ static void pocket_body(void *user)
                 assert_memory_equal(&plain, &quick, sizeof plain);
                 met += plain.face != QW_NONE && pocket.radius > 0;
             }
+            rays_together(bvh, &pocket, centre, (double)radius);
         }
         qw_scope_end(env);
     }

@@ -219,55 +219,85 @@ static void take_hit(qw_sight *s, const qw_hit *hit, qw_vec3 p, qw_vec3 aim)
     memcpy(s->weight, hit->weight, sizeof s->weight);
 }
 
-void qw_bake_target_pocket(const qw_bake_target *t, const qw_source *source, uint32_t triangle, const float w[3][3],
-                           qw_bvh_pocket *pocket)
+qw_bake_face qw_bake_face_of(const qw_bake_target *t, uint32_t triangle)
 {
-    const uint32_t *c = t->corner + 3 * (size_t)triangle;
+    qw_bake_face face;
+    for (int k = 0; k < 3; k++) {
+        size_t c = t->corner[3 * (size_t)triangle + (size_t)k];
+        face.place[k] = t->place[c], face.cage[k] = t->cage[c];
+        face.aim[k] = vector_at(t->aim + 3 * c), face.normal[k] = vector_at(t->normal + 3 * c);
+        face.tangent[k] = vector_at(t->tangent + 4 * c);
+        face.across[k] = qw_scale(qw_cross(face.normal[k], face.tangent[k]), t->tangent[4 * c + 3]);
+    }
+    return face;
+}
+
+void qw_bake_fill_pocket(const qw_source *source, const qw_bake_face *face, const float w[3][3], qw_bvh_pocket *pocket)
+{
     qw_vec3 p[3];
-    float cage = 0;
     for (int i = 0; i < 3; i++) {
         p[i] = qw_v3(0, 0, 0);
-        for (int k = 0; k < 3; k++) p[i] = qw_madd(p[i], w[i][k], t->place[c[k]]);
-        cage = fmaxf(cage, t->cage[c[i]]);
+        for (int k = 0; k < 3; k++) p[i] = qw_madd(p[i], w[i][k], face->place[k]);
     }
+    float cage = fmaxf(face->cage[0], fmaxf(face->cage[1], face->cage[2]));
     float within = fmaxf(qw_distance(p[0], p[1]), qw_distance(p[0], p[2]));
     pocket->radius = 0;
     if (within < INFINITY) qw_bvh_fill_pocket(source->bvh, p[0], 1.01f * (within + cage), pocket);
 }
 
-qw_sight qw_bake_target_see(const qw_bake_target *t, const qw_source *source, uint32_t triangle, const float w[3],
-                            uint32_t *hint, const qw_bvh_pocket *pocket)
+static qw_vec3_lanes interpolate(const qw_vec3 at[3], const qw_lanes w[3])
 {
-    const uint32_t *c = t->corner + 3 * (size_t)triangle;
+    qw_vec3_lanes sum = {qw_lanes_of(0), qw_lanes_of(0), qw_lanes_of(0)};
+    for (int k = 0; k < 3; k++) sum = qw_madd4(sum, w[k], qw_four(at[k], at[k], at[k], at[k]));
+    return sum;
+}
+
+qw_bake_points qw_bake_points_of(const qw_bake_face *face, const qw_lanes w[3])
+{
+    qw_bake_points p = {.cage = qw_lanes_of(0)};
+    for (int k = 0; k < 3; k++) p.cage += w[k] * qw_lanes_of(face->cage[k]);
+    p.place = interpolate(face->place, w), p.aim = qw_normalize4(interpolate(face->aim, w));
+    p.normal = qw_normalize4(interpolate(face->normal, w)), p.tangent = qw_normalize4(interpolate(face->tangent, w));
+    p.across = qw_normalize4(interpolate(face->across, w));
+    p.from = qw_madd4(p.place, p.cage, p.aim);
+    return p;
+}
+
+/* Goes on with a ray that met a face which looks away; else the nearest point. */
+static qw_sight see_one(const qw_source *source, const qw_bake_points *points, int lane, qw_hit hit, uint32_t *hint,
+                        const qw_bvh_pocket *pocket)
+{
     qw_sight s = {.triangle = QW_NONE};
-    qw_vec3 p = qw_v3(0, 0, 0), aim = p;
-    float cage = 0;
-    for (int k = 0; k < 3; k++) {
-        aim = qw_madd(aim, w[k], vector_at(t->aim + 3 * (size_t)c[k]));
-        qw_vec3 n = vector_at(t->normal + 3 * (size_t)c[k]), u = vector_at(t->tangent + 4 * (size_t)c[k]);
-        p = qw_madd(p, w[k], t->place[c[k]]), cage += w[k] * t->cage[c[k]];
-        s.normal = qw_madd(s.normal, w[k], n), s.tangent = qw_madd(s.tangent, w[k], u);
-        s.across = qw_madd(s.across, w[k], qw_scale(qw_cross(n, u), t->tangent[4 * (size_t)c[k] + 3]));
-    }
-    s.normal = qw_normalize(s.normal), s.tangent = qw_normalize(s.tangent), s.across = qw_normalize(s.across);
-    aim = qw_normalize(aim);
-    qw_vec3 from = qw_madd(p, cage, aim), down = qw_scale(aim, -1);
-    float left = 2 * cage;
-    uint32_t skip = QW_NONE;
-    for (int i = 0; i < MOST_CROSSED && left > 0; i++) {
-        qw_hit hit = qw_bvh_ray_near(source->bvh, pocket, from, down, left, skip);
-        if (hit.face == QW_NONE) break;
+    qw_vec3 p = qw_lane(&points->place, lane), aim = qw_lane(&points->aim, lane), down = qw_scale(aim, -1);
+    float cage = points->cage[lane], left = 2 * cage;
+    for (int i = 1; hit.face != QW_NONE && left > 0; i++) {
         if (qw_dot(source->normal[hit.face], aim) > 0) {
             take_hit(&s, &hit, p, aim);
             *hint = hit.face;
             return s;
         }
-        left -= sqrtf(hit.distance2), from = hit.point, skip = hit.face;
+        left -= sqrtf(hit.distance2);
+        if (i == MOST_CROSSED) break;
+        if (left > 0) hit = qw_bvh_ray_near(source->bvh, pocket, hit.point, down, left, hit.face);
     }
     s.is_missed = true;
-    qw_hit hit = qw_bvh_nearest(source->bvh, p, aim, QW_SAME_SHEET, 2 * cage, *hint);
+    hit = qw_bvh_nearest(source->bvh, p, aim, QW_SAME_SHEET, 2 * cage, *hint);
     if (hit.face == QW_NONE) hit = qw_bvh_nearest(source->bvh, p, aim, QW_SAME_SHEET, INFINITY, *hint);
     if (hit.face == QW_NONE) hit = qw_bvh_nearest(source->bvh, p, qw_v3(0, 0, 0), -1, INFINITY, *hint);
     if (hit.face != QW_NONE) take_hit(&s, &hit, p, aim), *hint = hit.face;
     return s;
+}
+
+void qw_bake_see(const qw_source *source, const qw_bake_points *points, uint32_t count, uint32_t *hint,
+                 const qw_bvh_pocket *pocket, qw_sight sight[QW_LANES])
+{
+    qw_hit hit[QW_LANES];
+    qw_vec3 from[QW_LANES], down[QW_LANES];
+    float through[QW_LANES];
+    for (int i = 0; i < QW_LANES; i++) {
+        from[i] = qw_lane(&points->from, i), down[i] = qw_scale(qw_lane(&points->aim, i), -1);
+        through[i] = 2 * points->cage[i];
+    }
+    qw_bvh_rays_near(source->bvh, pocket, from, down, through, count, hit);
+    for (int i = 0; i < (int)count; i++) sight[i] = see_one(source, points, i, hit[i], hint, pocket);
 }

@@ -4,6 +4,7 @@
 #define QW_BAKE_BAKE_TARGET_H
 
 #include "attributes/provenance.h"
+#include "math/lanes.h"
 
 typedef struct qw_bake_target {
     uint32_t corner_count, face_count, triangle_count;
@@ -28,21 +29,37 @@ void qw_bake_target_begin(qw_env *env, qw_bake_target *target);
    and somewhat more; at most twice the longest edge there. given: a distance for all, or 0. Returns the largest. */
 float qw_bake_target_cage(qw_env *env, qw_bake_target *target, const qw_source *source, float given);
 
-/* A point of the target, and what it sees of the source. */
+/* A triangle of the target, as its points are looked from. */
+typedef struct qw_bake_face {
+    qw_vec3 place[3], aim[3], normal[3], tangent[3], across[3]; /* at its corners; across: to the tangent and normal */
+    float cage[3];
+} qw_bake_face;
+qw_bake_face qw_bake_face_of(const qw_bake_target *target, uint32_t triangle);
+
+/* Four points of it, side by side: interpolated. */
+typedef struct qw_bake_points {
+    qw_vec3_lanes place, from;                  /* from: where rays begin, on the outer cage */
+    qw_vec3_lanes aim, normal, tangent, across; /* unit */
+    qw_lanes cage;
+} qw_bake_points;
+/* weight: of the corners in each point. */
+qw_bake_points qw_bake_points_of(const qw_bake_face *face, const qw_lanes weight[3]);
+
+/* What a point sees of the source. */
 typedef struct qw_sight {
     uint32_t triangle; /* of the source; QW_NONE: nothing at all */
     float weight[3];
-    float height;                    /* of what is seen above the point, along the normal */
-    bool is_missed;                  /* no ray met it: it is the nearest point */
-    qw_vec3 normal, tangent, across; /* of the target there: interpolated, unit */
-    qw_vec3 point;                   /* that is seen */
+    float height;   /* of what is seen above the point, along the normal */
+    bool is_missed; /* no ray met it: it is the nearest point */
+    qw_vec3 point;  /* that is seen */
 } qw_sight;
-/* pocket: of the source; quick where its ball holds the cage at the point; may be NULL. */
-qw_sight qw_bake_target_see(const qw_bake_target *target, const qw_source *source, uint32_t triangle,
-                            const float weight[3], uint32_t *hint, const qw_bvh_pocket *pocket);
+/* Of the first `count` points. pocket: of the source; quick where its ball holds the cage at the points; may be NULL.
+ */
+void qw_bake_see(const qw_source *source, const qw_bake_points *points, uint32_t count, uint32_t *hint,
+                 const qw_bvh_pocket *pocket, qw_sight sight[QW_LANES]);
 /* What rays can meet of points of a parallelogram in the triangle's plane: weights of its centre and of two corners
    that are neighbours, which may lie outside of the triangle. */
-void qw_bake_target_pocket(const qw_bake_target *target, const qw_source *source, uint32_t triangle,
-                           const float weight[3][3], qw_bvh_pocket *pocket);
+void qw_bake_fill_pocket(const qw_source *source, const qw_bake_face *face, const float weight[3][3],
+                         qw_bvh_pocket *pocket);
 
 #endif

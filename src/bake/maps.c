@@ -94,63 +94,96 @@ static void sort_triangles(qw_env *env, baker *b)
     }
 }
 
-/* ---- one sample */
-
-/* Coordinates of a vector along three unit vectors that need not be orthogonal. */
-static qw_vec3 along(qw_vec3 a, qw_vec3 x, qw_vec3 y, qw_vec3 z)
-{
-    qw_vec3 yz = qw_cross(y, z), zx = qw_cross(z, x), xy = qw_cross(x, y);
-    float det = qw_dot(x, yz);
-    if (!(fabsf(det) > 1e-6f)) return qw_v3(0, 0, 1);
-    return qw_normalize(qw_v3(qw_dot(a, yz) / det, qw_dot(a, zx) / det, qw_dot(a, xy) / det));
-}
-
-/* What was met last, and what can be met near. */
-typedef struct search {
-    uint32_t hint;
-    qw_bvh_pocket pocket;
-} search;
-
-static void take_sample(const baker *b, uint32_t triangle, const float w[3], uint64_t chance, search *near,
-                        float value[VALUES], bool *missed)
-{
-    qw_sight s = qw_bake_target_see(b->target, b->look->source, triangle, w, &near->hint, &near->pocket);
-    if (s.triangle == QW_NONE) {
-        memset(value, 0, VALUES * sizeof *value);
-        value[6] = 1, *missed = true;
-        return;
-    }
-    qw_seen seen = qw_look_at(b->look, s.triangle, s.weight);
-    qw_vec3 n = along(seen.normal, s.tangent, s.across, s.normal);
-    float all[VALUES] = {seen.color[0],
-                         seen.color[1],
-                         seen.color[2],
-                         seen.color[3],
-                         n.x,
-                         n.y,
-                         n.z,
-                         seen.occlusion,
-                         seen.roughness,
-                         seen.metallic,
-                         seen.emission[0],
-                         seen.emission[1],
-                         seen.emission[2],
-                         1,
-                         s.height};
-    if (b->maps >> QW_MAP_OCCLUSION & 1)
-        all[13] = qw_openness(b->look->source->bvh, &b->rays, s.point, b->look->source->normal[s.triangle], 1e-5f,
-                              (double)(qw_mix(chance) >> 11) * 0x1p-53, OCCLUSION_REACH, s.triangle);
-    memcpy(value, all, sizeof all);
-    *missed |= s.is_missed;
-}
-
-/* ---- one tile */
+/* ---- samples */
 
 typedef struct tile_sums {
     float sum[TILE * TILE][VALUES];
     uint64_t taken[TILE * TILE]; /* bits of the samples that were */
     uint8_t missed[TILE * TILE];
 } tile_sums;
+
+/* A triangle in a tile, and samples on it that are looked from together. */
+typedef struct visit {
+    const baker *b;
+    uint32_t x0, y0; /* of the tile, in texels */
+    double p[3][2];  /* corners of the triangle, in texels */
+    qw_bake_face face;
+    tile_sums *sums;
+    float block[3][3];    /* weights of the centre and of two corners of the block that the samples are in */
+    bool is_filled;       /* the pocket is that block's */
+    qw_bvh_pocket pocket; /* what rays of the block can meet */
+    uint32_t hint;        /* what was met last */
+    uint32_t held;        /* samples, of four */
+    uint32_t x[QW_LANES], y[QW_LANES], s[QW_LANES]; /* texels in the map, and which of its samples */
+    qw_lanes weight[3];
+} visit;
+
+/* Coordinates of vectors along three unit vectors that need not be orthogonal. */
+static qw_vec3_lanes along(qw_vec3_lanes a, qw_vec3_lanes x, qw_vec3_lanes y, qw_vec3_lanes z)
+{
+    qw_vec3_lanes yz = qw_cross4(y, z), zx = qw_cross4(z, x), xy = qw_cross4(x, y);
+    qw_lanes det = qw_dot4(x, yz), size = qw_choose(det < 0, -det, det), none = qw_lanes_of(0);
+    qw_lanes_mask good = size > 1e-6f;
+    qw_vec3_lanes n = qw_normalize4((qw_vec3_lanes){qw_dot4(a, yz) / det, qw_dot4(a, zx) / det, qw_dot4(a, xy) / det});
+    return (qw_vec3_lanes){qw_choose(good, n.x, none), qw_choose(good, n.y, none),
+                           qw_choose(good, n.z, qw_lanes_of(1))};
+}
+
+/* What a sample sees is added to its texel. n: the normal that it sees, along those of the target. */
+static void add_sample(visit *v, int lane, const qw_sight *s, const qw_seen *seen, qw_vec3 n)
+{
+    const baker *b = v->b;
+    uint32_t i = (v->y[lane] - v->y0) * TILE + v->x[lane] - v->x0;
+    uint64_t chance = ((uint64_t)v->y[lane] << 32 | v->x[lane]) * 64 + v->s[lane];
+    if (s->triangle == QW_NONE) {
+        v->sums->sum[i][6] += 1, v->sums->missed[i] = 1;
+        return;
+    }
+    float value[VALUES] = {seen->color[0],
+                           seen->color[1],
+                           seen->color[2],
+                           seen->color[3],
+                           n.x,
+                           n.y,
+                           n.z,
+                           seen->occlusion,
+                           seen->roughness,
+                           seen->metallic,
+                           seen->emission[0],
+                           seen->emission[1],
+                           seen->emission[2],
+                           1,
+                           s->height};
+    if (b->maps >> QW_MAP_OCCLUSION & 1)
+        value[13] = qw_openness(b->look->source->bvh, &b->rays, s->point, b->look->source->normal[s->triangle], 1e-5f,
+                                (double)(qw_mix(chance) >> 11) * 0x1p-53, OCCLUSION_REACH, s->triangle);
+    for (int k = 0; k < VALUES; k++) v->sums->sum[i][k] += value[k];
+    v->sums->missed[i] |= s->is_missed;
+}
+
+/* Looks from the samples that are held. */
+static void look(visit *v)
+{
+    const baker *b = v->b;
+    if (v->held == 0) return;
+    if (!v->is_filled)
+        qw_bake_fill_pocket(b->look->source, &v->face, (const float(*)[3])v->block, &v->pocket), v->is_filled = true;
+    qw_bake_points at = qw_bake_points_of(&v->face, v->weight);
+    qw_vec3_lanes normal = at.normal;
+    qw_sight sight[QW_LANES];
+    qw_seen seen[QW_LANES];
+    qw_bake_see(b->look->source, &at, v->held, &v->hint, &v->pocket, sight);
+    for (int i = 0; i < (int)v->held; i++) {
+        if (sight[i].triangle == QW_NONE) continue;
+        seen[i] = qw_look_at(b->look, sight[i].triangle, sight[i].weight);
+        qw_put_lane(&normal, i, seen[i].normal);
+    }
+    normal = along(normal, at.tangent, at.across, at.normal);
+    for (int i = 0; i < (int)v->held; i++) add_sample(v, i, &sight[i], &seen[i], qw_lane(&normal, i));
+    v->held = 0;
+}
+
+/* ---- one tile */
 
 /* Weights of a point in the plane of a triangle; false where it lies outside. */
 static bool weigh(const double p[3][2], double x, double y, float w[3])
@@ -162,38 +195,45 @@ static bool weigh(const double p[3][2], double x, double y, float w[3])
     return a >= 0 && b >= 0 && c >= 0;
 }
 
-/* The samples of a texel that a triangle holds; i: of the texel in its tile. */
-static void sum_texel(const baker *b, uint32_t triangle, const double p[3][2], uint32_t x, uint32_t y, uint32_t i,
-                      tile_sums *sums, search *near)
+/* The samples of a texel that the triangle holds. */
+static void take_texel(visit *v, uint32_t x, uint32_t y)
 {
-    for (uint32_t s = 0; s < b->samples * b->samples; s++) {
-        float w[3], value[VALUES];
-        bool missed = false;
-        double sx = x + (s % b->samples + 0.5) / b->samples, sy = y + (s / b->samples + 0.5) / b->samples;
-        if (sums->taken[i] >> s & 1 || !weigh(p, sx, sy, w)) continue;
-        sums->taken[i] |= UINT64_C(1) << s;
-        take_sample(b, triangle, w, ((uint64_t)y << 32 | x) * 64 + s, near, value, &missed);
-        for (int k = 0; k < VALUES; k++) sums->sum[i][k] += value[k];
-        sums->missed[i] |= missed;
+    uint32_t across = v->b->samples;
+    uint64_t *taken = &v->sums->taken[(y - v->y0) * TILE + x - v->x0];
+    for (uint32_t s = 0; s < across * across; s++) {
+        float w[3];
+        double sx = x + (s % across + 0.5) / across, sy = y + (s / across + 0.5) / across;
+        if (*taken >> s & 1 || !weigh((const double(*)[2])v->p, sx, sy, w)) continue;
+        *taken |= UINT64_C(1) << s;
+        for (int k = 0; k < 3; k++) v->weight[k][v->held] = w[k];
+        v->x[v->held] = x, v->y[v->held] = y, v->s[v->held++] = s;
+        if (v->held == QW_LANES) look(v);
     }
 }
 
-/* Block by block, as the rays of a block can meet the same few faces of the input. */
-static void sum_triangle(const baker *b, uint32_t triangle, uint32_t x0, uint32_t y0, tile_sums *sums, search *near)
+static void begin_visits(visit *v, const baker *b, uint32_t x0, uint32_t y0, tile_sums *sums)
 {
-    double p[3][2];
-    corners_of(b, triangle, p);
-    box t = box_of((const double(*)[2])p, b->texels, 1);
-    uint32_t x1 = t.x1 < x0 + TILE - 1 ? t.x1 : x0 + TILE - 1, y1 = t.y1 < y0 + TILE - 1 ? t.y1 : y0 + TILE - 1;
-    for (uint32_t by = t.y0 > y0 ? t.y0 : y0; by <= y1; by += BLOCK)
-        for (uint32_t bx = t.x0 > x0 ? t.x0 : x0; bx <= x1; bx += BLOCK) {
-            float w[3][3];
-            weigh((const double(*)[2])p, bx + BLOCK / 2.0, by + BLOCK / 2.0, w[0]);
-            weigh((const double(*)[2])p, bx, by, w[1]), weigh((const double(*)[2])p, bx + BLOCK, by, w[2]);
-            qw_bake_target_pocket(b->target, b->look->source, triangle, (const float(*)[3])w, &near->pocket);
+    v->b = b, v->x0 = x0, v->y0 = y0, v->sums = sums, v->hint = QW_NONE, v->held = 0;
+    for (int k = 0; k < 3; k++) v->weight[k] = qw_lanes_of(1 / 3.0f);
+}
+
+/* Block by block, as the rays of a block can meet the same few faces of the input. */
+static void visit_triangle(visit *v, uint32_t triangle)
+{
+    const double(*p)[2] = (const double(*)[2])v->p;
+    corners_of(v->b, triangle, v->p);
+    v->face = qw_bake_face_of(v->b->target, triangle);
+    box t = box_of(p, v->b->texels, 1);
+    uint32_t x1 = t.x1 < v->x0 + TILE - 1 ? t.x1 : v->x0 + TILE - 1;
+    uint32_t y1 = t.y1 < v->y0 + TILE - 1 ? t.y1 : v->y0 + TILE - 1;
+    for (uint32_t by = t.y0 > v->y0 ? t.y0 : v->y0; by <= y1; by += BLOCK)
+        for (uint32_t bx = t.x0 > v->x0 ? t.x0 : v->x0; bx <= x1; bx += BLOCK) {
+            v->is_filled = false;
+            weigh(p, bx + BLOCK / 2.0, by + BLOCK / 2.0, v->block[0]);
+            weigh(p, bx, by, v->block[1]), weigh(p, bx + BLOCK, by, v->block[2]);
             for (uint32_t y = by; y <= y1 && y < by + BLOCK; y++)
-                for (uint32_t x = bx; x <= x1 && x < bx + BLOCK; x++)
-                    sum_texel(b, triangle, (const double(*)[2])p, x, y, (y - y0) * TILE + x - x0, sums, near);
+                for (uint32_t x = bx; x <= x1 && x < bx + BLOCK; x++) take_texel(v, x, y);
+            look(v);
         }
 }
 
@@ -234,12 +274,13 @@ static void bake_tiles(void *user, uint32_t block, uint32_t begin, uint32_t end)
     (void)block;
     for (uint32_t i = b->begin + begin; i < b->begin + end; i++) {
         tile_sums sums;
+        visit v;
         uint32_t x0 = i % b->across * TILE, y0 = i / b->across % b->across * TILE, tile = i / b->across / b->across;
-        search near = {.hint = QW_NONE};
         b->missed[i] = 0;
         if (b->first[i] == b->first[i + 1]) continue;
         memset(&sums, 0, sizeof sums);
-        for (uint32_t k = b->first[i]; k < b->first[i + 1]; k++) sum_triangle(b, b->item[k], x0, y0, &sums, &near);
+        begin_visits(&v, b, x0, y0, &sums);
+        for (uint32_t k = b->first[i]; k < b->first[i + 1]; k++) visit_triangle(&v, b->item[k]);
         for (uint32_t k = 0; k < TILE * TILE; k++) {
             uint32_t x = x0 + k % TILE, y = y0 + k / TILE;
             if (!sums.taken[k] || x >= b->texels || y >= b->texels) continue;
@@ -289,14 +330,20 @@ static void check_point(const baker *b, uint32_t triangle, const float w[3], dou
     double p[3][2], at[2] = {0, 0}, read[4];
     uint32_t tile = corners_of(b, triangle, p), hint = QW_NONE;
     for (int k = 0; k < 3; k++) at[0] += (double)w[k] * p[k][0], at[1] += (double)w[k] * p[k][1];
-    qw_sight s = qw_bake_target_see(b->target, b->look->source, triangle, w, &hint, NULL);
+    qw_bake_face face = qw_bake_face_of(b->target, triangle);
+    qw_bake_points point =
+        qw_bake_points_of(&face, (const qw_lanes[3]){qw_lanes_of(w[0]), qw_lanes_of(w[1]), qw_lanes_of(w[2])});
+    qw_sight sight[QW_LANES];
+    qw_bake_see(b->look->source, &point, 1, &hint, NULL, sight);
+    qw_sight s = sight[0];
     if (s.triangle == QW_NONE) return;
     qw_seen seen = qw_look_at(b->look, s.triangle, s.weight);
     const qw_picture *picture = &b->made->picture[tile * QW_MAP_COUNT];
     if (picture[QW_MAP_NORMAL].pixels) {
         read_map(&picture[QW_MAP_NORMAL], at[0], at[1], read);
-        qw_vec3 n = qw_scale(s.tangent, (float)(2 * read[0] - 1));
-        n = qw_madd(qw_madd(n, (float)(2 * read[1] - 1), s.across), (float)(2 * read[2] - 1), s.normal);
+        qw_vec3 n = qw_scale(qw_lane(&point.tangent, 0), (float)(2 * read[0] - 1));
+        n = qw_madd(n, (float)(2 * read[1] - 1), qw_lane(&point.across, 0));
+        n = qw_madd(n, (float)(2 * read[2] - 1), qw_lane(&point.normal, 0));
         double cosine = (double)qw_dot(qw_normalize(n), seen.normal);
         *angle += qw_acos(cosine < -1 ? -1 : cosine > 1 ? 1 : cosine) * 180 / QW_PI;
     }

@@ -5,6 +5,7 @@
  */
 #include "mesh/bvh.h"
 
+#include "math/lanes.h"
 #include "mesh/box_tree.h"
 
 #include <assert.h>
@@ -485,22 +486,23 @@ static inline float box_entry(const qw_box_node *n, const ray *r)
 
 /* Moeller and Trumbore 1997. In double precision its rounding stays below the rim of 1e-12, so no ray slips between two
  * faces. */
-static void try_ray(triangle t, const ray *r, double *best_t, qw_hit *best)
+static void try_ray(const triangle *t, const ray *r, double *best_t, qw_hit *best)
 {
-    const double rim = 1e-12;
-    if (t.face == r->skip) return;
-    dvec ab = between(t.a, t.b), ac = between(t.a, t.c), ao = between(t.a, r->origin);
+    const double rim = 1e-12, wide = 1e-9;
+    if (t->face == r->skip) return;
+    dvec ab = between(t->a, t->b), ac = between(t->a, t->c), ao = between(t->a, r->origin);
     dvec d = {r->direction.x, r->direction.y, r->direction.z}, p = dcross(d, ac);
-    double det = ddot(ab, p);
-    if (det == 0) return;
-    double u = ddot(ao, p) / det;
-    if (!(u >= -rim && u <= 1 + 2 * rim)) return; /* most end here */
+    double det = ddot(ab, p), size = fabs(det), sign = det < 0 ? -1 : 1, u = sign * ddot(ao, p);
+    if (det == 0 || u < -wide * size || u > (1 + wide) * size) return; /* most end here, before a division */
     dvec q = dcross(ao, ab);
-    double v = ddot(d, q) / det, s = ddot(ac, q) / det;
+    double v = sign * ddot(d, q);
+    if (v < -wide * size || u + v > (1 + wide) * size) return;
+    u /= size, v /= size;
+    double s = ddot(ac, q) / det;
     if (!(u >= -rim && v >= -rim && u + v <= 1 + rim && s >= 0)) return;
-    if (s > *best_t || (s == *best_t && t.face >= best->face)) return;
+    if (s > *best_t || (s == *best_t && t->face >= best->face)) return;
     *best_t = s;
-    best->face = t.face;
+    best->face = t->face;
     best->distance2 = (float)(s * s);
     best->point = qw_madd(r->origin, (float)s, r->direction);
     best->weight[0] = (float)(1 - u - v);
@@ -526,8 +528,10 @@ qw_hit qw_bvh_ray(const qw_bvh *bvh, qw_vec3 origin, qw_vec3 direction, float ma
         const qw_box_node *n = &t->nodes[at];
         float limit = qw_min_of((float)best_t * 1.000001f, FLT_MAX / 2);
         if (n->count > 0) {
-            for (uint32_t i = n->first; i < n->first + n->count; i++)
-                try_ray(triangle_of(bvh, bvh->discs[i].face), &r, &best_t, &best);
+            for (uint32_t i = n->first; i < n->first + n->count; i++) {
+                triangle whole = triangle_of(bvh, bvh->discs[i].face);
+                try_ray(&whole, &r, &best_t, &best);
+            }
             at = pop(&todo, qw_min_of((float)best_t * 1.000001f, FLT_MAX / 2));
             continue;
         }
@@ -538,35 +542,97 @@ qw_hit qw_bvh_ray(const qw_bvh *bvh, qw_vec3 origin, qw_vec3 direction, float ma
     return best;
 }
 
-/* Which of the balls in a pocket the ray's line meets: four at a time, as compilers lay this out. */
-static void find_met(const qw_bvh_pocket *p, const ray *r, float slack2, uint32_t *is_met)
+/* Lists the balls in a pocket that come as near to the ray's line as this: four at a time, as compilers lay the first
+   loop out. */
+static uint32_t list_met(const qw_bvh_pocket *p, const ray *r, float near, float slack2, uint32_t list[QW_POCKET_SIZE])
 {
+    uint32_t is_met[QW_POCKET_SIZE], count = 0;
     for (uint32_t i = 0; i < p->count; i++) {
         float x = p->at[0][i] - r->origin.x, y = p->at[1][i] - r->origin.y, z = p->at[2][i] - r->origin.z;
-        float along = x * r->direction.x + y * r->direction.y + z * r->direction.z, room = p->around[i] * 1.0001f;
+        float along = x * r->direction.x + y * r->direction.y + z * r->direction.z;
+        float room = (p->around[i] + near) * 1.0001f;
         float aside2 = (x * x + y * y + z * z) * 0.9999f - along * along * 1.0001f;
         is_met[i] = aside2 <= room * room + slack2;
     }
+    for (uint32_t i = 0; i < p->count; i++) list[count] = i, count += is_met[i];
+    return count;
+}
+
+static triangle in_pocket(const qw_bvh *bvh, const qw_bvh_pocket *p, uint32_t i)
+{
+    return (triangle){p->corner[i][0], p->corner[i][1], p->corner[i][2], bvh->discs[p->place[i]].face};
+}
+
+static bool can_use(const qw_box_tree *t, const qw_bvh_pocket *pocket, qw_vec3 origin, qw_vec3 end)
+{
+    return pocket && pocket->radius > 0 && is_inside(t, pocket, origin, 0) && is_inside(t, pocket, end, 0);
 }
 
 qw_hit qw_bvh_ray_near(const qw_bvh *bvh, const qw_bvh_pocket *pocket, qw_vec3 origin, qw_vec3 direction,
                        float max_distance, uint32_t skip)
 {
     const qw_box_tree *t = &bvh->tree;
-    if (!pocket || pocket->radius == 0 || !is_inside(t, pocket, origin, 0) ||
-        !is_inside(t, pocket, qw_madd(origin, max_distance, direction), 0))
+    if (!can_use(t, pocket, origin, qw_madd(origin, max_distance, direction)))
         return qw_bvh_ray(bvh, origin, direction, max_distance, skip);
     qw_hit best = {.face = QW_NONE, .distance2 = max_distance * max_distance};
     ray r = {.origin = origin, .direction = direction, .skip = skip};
     double best_t = max_distance;
-    uint32_t is_met[QW_POCKET_SIZE];
-    find_met(pocket, &r, t->slack2, is_met);
-    for (uint32_t i = 0; i < pocket->count; i++)
-        if (is_met[i]) {
-            const qw_vec3 *c = pocket->corner[i];
-            try_ray((triangle){c[0], c[1], c[2], bvh->discs[pocket->place[i]].face}, &r, &best_t, &best);
-        }
+    uint32_t list[QW_POCKET_SIZE], count = list_met(pocket, &r, 0, t->slack2, list);
+    for (uint32_t k = 0; k < count; k++) {
+        triangle whole = in_pocket(bvh, pocket, list[k]);
+        try_ray(&whole, &r, &best_t, &best);
+    }
     return best;
+}
+
+/* Which of four rays may meet a face: try_ray's tests in single precision, with room for what that rounds. reach: no
+   corner is farther from an origin. */
+static qw_lanes_mask may_meet(const triangle *t, const qw_vec3_lanes *origin, const qw_vec3_lanes *direction,
+                              float size, float reach)
+{
+    const qw_lanes none = qw_lanes_of(0), room = qw_lanes_of(1e-5f * size * (reach + size));
+    qw_vec3 b = qw_sub(t->b, t->a), c = qw_sub(t->c, t->a);
+    qw_vec3_lanes ab = qw_four(b, b, b, b), ac = qw_four(c, c, c, c);
+    qw_vec3_lanes ao = qw_sub4(*origin, qw_four(t->a, t->a, t->a, t->a));
+    qw_vec3_lanes p = qw_cross4(*direction, ac), q = qw_cross4(ao, ab);
+    qw_lanes det = qw_dot4(ab, p), u = qw_dot4(ao, p), v = qw_dot4(*direction, q);
+    qw_lanes_mask is_back = det < none;
+    det = qw_choose(is_back, -det, det), u = qw_choose(is_back, -u, u), v = qw_choose(is_back, -v, v);
+    return (det <= room) | ((u >= -room) & (v >= -room) & (u + v <= det + 3 * room));
+}
+
+void qw_bvh_rays_near(const qw_bvh *bvh, const qw_bvh_pocket *pocket, const qw_vec3 *origin, const qw_vec3 *direction,
+                      const float *max_distance, uint32_t count, qw_hit *hit)
+{
+    const qw_box_tree *t = &bvh->tree;
+    uint32_t list[QW_POCKET_SIZE];
+    double best_t[QW_MOST_RAYS];
+    ray r[QW_MOST_RAYS];
+    qw_vec3 end[QW_MOST_RAYS];
+    qw_vec3_lanes from = qw_four(origin[0], origin[0], origin[0], origin[0]);
+    qw_vec3_lanes along = qw_four(direction[0], direction[0], direction[0], direction[0]);
+    float near = 0; /* all lie as near to the first: both of their ends do */
+    bool good = true;
+    assert(count <= QW_MOST_RAYS);
+    for (uint32_t i = 0; i < count; i++) {
+        r[i] = (ray){.origin = origin[i], .direction = direction[i], .skip = QW_NONE};
+        hit[i] = (qw_hit){.face = QW_NONE, .distance2 = max_distance[i] * max_distance[i]};
+        best_t[i] = max_distance[i], end[i] = qw_madd(origin[i], max_distance[i], direction[i]);
+        good = good && can_use(t, pocket, origin[i], end[i]);
+        near = fmaxf(near, fmaxf(qw_distance(origin[i], origin[0]), qw_distance(end[i], end[0])));
+        qw_put_lane(&from, (int)i, origin[i]), qw_put_lane(&along, (int)i, direction[i]);
+    }
+    for (uint32_t i = 0; i < count && !good; i++)
+        hit[i] = qw_bvh_ray_near(bvh, pocket, origin[i], direction[i], max_distance[i], QW_NONE);
+    if (!good || count == 0) return;
+    uint32_t met = list_met(pocket, &r[0], near, t->slack2, list);
+    for (uint32_t k = 0; k < met; k++) {
+        triangle whole = in_pocket(bvh, pocket, list[k]);
+        float size = 2 * pocket->around[list[k]];
+        qw_lanes_mask may = may_meet(&whole, &from, &along, size, 2 * pocket->radius + size);
+        for (uint32_t i = 0; i < count; i++)
+            if (may[i]) try_ray(&whole, &r[i], &best_t[i], &hit[i]);
+    }
 }
 
 /* ---- curves */

@@ -68,6 +68,11 @@ qw_hit qw_bvh_ray(const qw_bvh *bvh, qw_vec3 origin, qw_vec3 direction, float ma
 qw_hit qw_bvh_ray_near(const qw_bvh *bvh, const qw_bvh_pocket *pocket, qw_vec3 origin, qw_vec3 direction,
                        float max_distance, uint32_t skip);
 
+/* The same for `count` rays that lie near one another, QW_MOST_RAYS at most. */
+enum { QW_MOST_RAYS = 4 };
+void qw_bvh_rays_near(const qw_bvh *bvh, const qw_bvh_pocket *pocket, const qw_vec3 *origin, const qw_vec3 *direction,
+                      const float *max_distance, uint32_t count, qw_hit *hit);
+
 /* The same over segments (sharp edges, boundary curves). */
 typedef struct qw_curve_tree qw_curve_tree;
 /* from, to: qw_vec3[count] end points; copied. */
