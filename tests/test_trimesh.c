@@ -88,6 +88,27 @@ static void sorts(void **state)
     }
 }
 
+/* Rising, falling, equal, and what splits badly where the middle of three items is taken (Musser 1997). */
+static void sorts_in_order(void **state)
+{
+    (void)state;
+    enum { COUNT = 4000, HALF = COUNT / 2 };
+    static uint64_t x[COUNT];
+    for (int kind = 0; kind < 4; kind++) {
+        bool seen[COUNT + 1] = {false};
+        for (uint64_t i = 0; i < COUNT; i++) {
+            uint64_t bad = i < HALF ? (i % 2 ? HALF + i + (HALF % 2) : i + 1) : 2 * (i - HALF + 1);
+            x[i] = kind == 0 ? i : kind == 1 ? COUNT - i : kind == 2 ? 7 : bad;
+        }
+        qw_sort_u64(x, COUNT);
+        for (uint64_t i = 0; i < COUNT; i++) {
+            assert_true(i == 0 || x[i - 1] <= x[i]);
+            assert_true(x[i] <= COUNT && (kind == 2 || !seen[x[i]]));
+            seen[x[i]] = true;
+        }
+    }
+}
+
 static void groups_sides_by_edge(void **state)
 {
     (void)state;
@@ -288,6 +309,7 @@ QW_TEST_SUITE(trimesh)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(sorts),
+        cmocka_unit_test(sorts_in_order),
         cmocka_unit_test(groups_sides_by_edge),
         cmocka_unit_test(links),
         cmocka_unit_test(refuses_to_link),

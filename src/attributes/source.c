@@ -62,13 +62,19 @@ static dvec area_of_clean(const qw_clean *clean, uint32_t t)
     return cross(difference(p[1], p[0]), difference(p[2], p[0]));
 }
 
-static void take_facts(polygon_facts *facts, const qw_clean_input *input, const qw_clean *clean,
-                       const uint32_t *component, uint32_t f, uint32_t t)
+/* Whether a clean triangle looks the way of a polygon, 1, or the other, -1; 0: neither. */
+static int8_t way_of(const qw_clean_input *input, const qw_clean *clean, uint32_t f, uint32_t t)
 {
     dvec polygon = area_of_polygon(input, &clean->frame, f), left = area_of_clean(clean, t);
     double dot = polygon.c[0] * left.c[0] + polygon.c[1] * left.c[1] + polygon.c[2] * left.c[2];
-    facts->agreement[f] += dot > 0 ? 1.0f : dot < 0 ? -1.0f : 0.0f;
-    if (facts->ways) facts->ways[f] |= dot < 0 ? TURNED : AS_IT_IS;
+    return dot > 0 ? 1 : dot < 0 ? -1 : 0;
+}
+
+static void take_facts(polygon_facts *facts, const qw_clean *clean, const uint32_t *component, uint32_t f, uint32_t t,
+                       int8_t way)
+{
+    facts->agreement[f] += way;
+    if (facts->ways) facts->ways[f] |= way < 0 ? TURNED : AS_IT_IS;
     if (facts->component[f] != QW_NONE) return;
     facts->component[f] = component[t];
     facts->slot[f] = qw_own_frame_of(&clean->own, clean->mesh.position[clean->mesh.corner[3 * (size_t)t]]);
@@ -91,8 +97,21 @@ static void find_seen(qw_env *env, const qw_clean_input *input, const qw_clean *
         }
         qw_vec3 p = qw_v3((float)middle[0], (float)middle[1], (float)middle[2]);
         qw_hit hit = qw_bvh_nearest(bvh, p, qw_v3(0, 0, 0), -1, SEEN * clean->wrapped, QW_NONE);
-        if (hit.face != QW_NONE) take_facts(facts, input, clean, component, f, hit.face);
+        if (hit.face != QW_NONE) take_facts(facts, clean, component, f, hit.face, way_of(input, clean, f, hit.face));
     }
+}
+
+typedef struct way_search {
+    const qw_clean_input *input;
+    const qw_clean *clean;
+    int8_t *way; /* int8_t[clean triangles] */
+} way_search;
+
+static void find_ways(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    const way_search *s = user;
+    (void)block;
+    for (uint32_t t = begin; t < end; t++) s->way[t] = way_of(s->input, s->clean, s->clean->source_face[t], t);
 }
 
 static polygon_facts find_facts(qw_env *env, const qw_clean_input *input, const qw_clean *clean,
@@ -103,8 +122,11 @@ static polygon_facts find_facts(qw_env *env, const qw_clean_input *input, const 
                            .component = QW_NEW(env, uint32_t, input->face_count),
                            .slot = QW_NEW(env, uint32_t, input->face_count)};
     for (uint32_t f = 0; f < input->face_count; f++) facts.component[f] = facts.slot[f] = QW_NONE;
+    way_search s = {input, clean, QW_NEW(env, int8_t, clean->mesh.face_count)};
+    qw_parallel(env, clean->mesh.face_count, 4096, find_ways, &s);
     for (uint32_t t = 0; t < clean->mesh.face_count; t++)
-        take_facts(&facts, input, clean, component, clean->source_face[t], t);
+        take_facts(&facts, clean, component, clean->source_face[t], t, s.way[t]);
+    qw_free(env, s.way);
     if (facts.ways) find_seen(env, input, clean, component, &facts);
     return facts;
 }

@@ -325,6 +325,20 @@ static void read_map(const qw_picture *p, double x, double y, double to[4])
     }
 }
 
+/* A point of the target, and how far the maps are from the input there. */
+typedef struct check {
+    uint32_t triangle;
+    float w[3];
+    double angle, color;
+} check;
+
+typedef struct checks {
+    const baker *b;
+    check *at; /* check[count] */
+    size_t capacity;
+    uint32_t count;
+} checks;
+
 static void check_point(const baker *b, uint32_t triangle, const float w[3], double *angle, double *color)
 {
     double p[3][2], at[2] = {0, 0}, read[4];
@@ -353,12 +367,21 @@ static void check_point(const baker *b, uint32_t triangle, const float w[3], dou
     }
 }
 
-/* At points that are spread evenly over the target by its area. */
-static void check_maps(const baker *b)
+static void check_points(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    const checks *all = user;
+    (void)block;
+    for (uint32_t i = begin; i < end; i++)
+        check_point(all->b, all->at[i].triangle, all->at[i].w, &all->at[i].angle, &all->at[i].color);
+}
+
+/* Points that are spread evenly over the target by its area. */
+static checks list_checks(qw_env *env, const baker *b)
 {
     const qw_bake_target *t = b->target;
-    double total = 0, sum = 0, angle = 0, color = 0;
-    uint64_t chance = 1, count = 0;
+    double total = 0, sum = 0;
+    uint64_t chance = 1;
+    checks all = {.b = b};
     for (int pass = 0; pass < 2; pass++)
         for (uint32_t f = 0; f < t->triangle_count; f++) {
             const uint32_t *c = t->corner + 3 * (size_t)f;
@@ -367,16 +390,25 @@ static void check_maps(const baker *b)
                 total += (double)qw_length(n);
                 continue;
             }
-            for (sum += (double)qw_length(n); total > 0 && (double)count < sum / total * CHECKS; count++) {
+            for (sum += (double)qw_length(n); total > 0 && (double)all.count < sum / total * CHECKS; all.count++) {
                 double u = (double)((chance = qw_mix(chance)) >> 11) / 9007199254740992.0;
                 double v = (double)((chance = qw_mix(chance)) >> 11) / 9007199254740992.0, r = sqrt(u);
-                const float w[3] = {(float)(1 - r), (float)(r * (1 - v)), (float)(r * v)};
-                check_point(b, f, w, &angle, &color);
+                all.at = qw_grow(env, all.at, &all.capacity, all.count + (size_t)1, sizeof *all.at);
+                all.at[all.count] = (check){f, {(float)(1 - r), (float)(r * (1 - v)), (float)(r * v)}, 0, 0};
             }
         }
-    if (count == 0) return;
-    if (b->maps >> QW_MAP_NORMAL & 1) b->made->normal_error = angle / (double)count;
-    if (b->maps >> QW_MAP_COLOR & 1) b->made->color_error = color / (double)count;
+    return all;
+}
+
+static void check_maps(qw_env *env, const baker *b)
+{
+    checks all = list_checks(env, b);
+    double angle = 0, color = 0;
+    qw_parallel(env, all.count, 256, check_points, &all);
+    for (uint32_t i = 0; i < all.count; i++) angle += all.at[i].angle, color += all.at[i].color;
+    if (all.count == 0) return;
+    if (b->maps >> QW_MAP_NORMAL & 1) b->made->normal_error = angle / all.count;
+    if (b->maps >> QW_MAP_COLOR & 1) b->made->color_error = color / all.count;
 }
 
 /* ---- all */
@@ -421,7 +453,7 @@ qw_maps qw_bake_maps(qw_env *env, const qw_bake_target *target, const qw_look *l
     bake_all(env, &b, count);
     for (uint32_t i = 0; i < count; i++) made.missed += b.missed[i];
     for (size_t i = 0; i < (size_t)texels * texels * tiles; i++) made.texels += b.covered[i];
-    check_maps(&b);
+    check_maps(env, &b);
     for (uint32_t i = 0; i < tiles; i++)
         qw_pad_pictures(env, made.picture + i * QW_MAP_COUNT, QW_MAP_COUNT, b.covered + (size_t)texels * texels * i,
                         texels, pad);

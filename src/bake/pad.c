@@ -34,6 +34,15 @@ static uint32_t around(const padder *k, size_t i, size_t to[8])
     return n;
 }
 
+/* Whether all texels around one are filled, or queued to be. */
+static bool is_within(const padder *k, size_t i)
+{
+    size_t x = i % k->texels, y = i / k->texels;
+    if (x == 0 || y == 0 || x + 1 == k->texels || y + 1 == k->texels) return false;
+    const uint8_t *c = k->covered + i, *above = c - k->texels, *below = c + k->texels;
+    return c[-1] && c[1] && above[-1] && above[0] && above[1] && below[-1] && below[0] && below[1];
+}
+
 static void fill(const padder *k, size_t i)
 {
     size_t near[8];
@@ -72,7 +81,7 @@ void qw_pad_pictures(qw_env *env, const qw_picture *picture, uint32_t count, uin
     padder k = {picture, count, texels, covered};
     size_t all = (size_t)texels * texels, capacity = 0, held = 0, *list = NULL, near[8];
     for (size_t i = 0; i < all; i++) {
-        if (covered[i] != 1) continue;
+        if (covered[i] != 1 || is_within(&k, i)) continue;
         uint32_t n = around(&k, i, near);
         for (uint32_t a = 0; a < n; a++) {
             if (covered[near[a]]) continue;

@@ -76,9 +76,11 @@ static void edge_of(const finder *f, uint32_t h, double along[3])
     for (int k = 0; k < 3; k++) along[k] = b[k] - a[k];
 }
 
-static void measure_triangles(finder *f)
+static void measure_triangles(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
-    for (uint32_t t = 0; t < f->mesh->face_count; t++) {
+    finder *f = user;
+    (void)block;
+    for (uint32_t t = begin; t < end; t++) {
         double e[3][3], n[3], longest = 0;
         for (uint32_t i = 0; i < 3; i++)
             edge_of(f, 3 * t + i, e[i]), longest = fmax(longest, sqrt(qw_dot_doubles(e[i], e[i])));
@@ -592,7 +594,7 @@ qw_primitives qw_find_primitives(qw_env *env, const qw_trimesh *mesh, const doub
     f.seen = QW_NEW_ZERO(env, uint32_t, vertices), f.tried = QW_NEW_ZERO(env, uint32_t, n);
     f.vain = QW_NEW_ZERO(env, uint8_t, n);
     f.member = QW_NEW(env, uint32_t, n), f.point = QW_NEW(env, double, 3 * (size_t)vertices);
-    measure_triangles(&f);
+    qw_parallel(env, n, 4096, measure_triangles, &f);
     make_facets(&f);
     for (uint32_t before = QW_NONE;
          before != f.found.count;) { /* what is found is a reason for what is beside it to end */

@@ -205,7 +205,14 @@ void qw_fit_between_curves(qw_env *env, const qw_trimesh *m, bool with_boundary,
         qw_scope_end(env);
         return;
     }
-    float *to_curve = qw_distances(env, m, on_curve), *to_corner = qw_distances(env, m, is_end);
+    /* what is farther, by an edge at least, than the largest size changes none */
+    float far = 0, longest = 0;
+    for (uint32_t v = 0; v < n; v++) far = fmaxf(far, size[v]);
+    for (uint32_t h = 0; h < 3 * m->face_count; h++)
+        longest = fmaxf(longest, qw_distance(m->position[m->corner[h]], m->position[m->corner[qw_next(h)]]));
+    far = 1.001f * (far + longest);
+    float *to_curve = qw_distances(env, m, on_curve, far),
+          *to_corner = qw_distances(env, m, is_end, BESIDE_CORNER * far);
     for (uint32_t h = 0; h < 3 * m->face_count; h++) {
         uint32_t a = m->corner[h], b = m->corner[qw_next(h)];
         float rise = STILL_RISING * qw_distance(m->position[a], m->position[b]);

@@ -95,12 +95,11 @@ void qw_limit_gradation(qw_env *env, const qw_trimesh *mesh, float *size, float 
     qw_scope_end(env);
 }
 
-float *qw_distances(qw_env *env, const qw_trimesh *mesh, const uint8_t *is_from)
+float *qw_distances(qw_env *env, const qw_trimesh *mesh, const uint8_t *is_from, float farthest)
 {
     assert(mesh->twin && is_from);
-    static const float HUGE_WAY = 1e9f;
     float *distance = QW_NEW(env, float, mesh->vertex_count);
-    for (uint32_t v = 0; v < mesh->vertex_count; v++) distance[v] = is_from[v] ? 0 : HUGE_WAY;
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) distance[v] = is_from[v] ? 0 : farthest;
     qw_limit_gradation(env, mesh, distance, 1);
     return distance;
 }

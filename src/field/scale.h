@@ -8,8 +8,8 @@
  * float[vertex_count]. */
 void qw_limit_gradation(qw_env *env, const qw_trimesh *mesh, float *size, float slope);
 
-/* The length of the shortest way along edges to a vertex that is_from, huge where there is none: float[vertex_count].
- */
-float *qw_distances(qw_env *env, const qw_trimesh *mesh, const uint8_t *is_from);
+/* The length of the shortest way along edges to a vertex that is_from, `farthest` where it is longer:
+   float[vertex_count]. */
+float *qw_distances(qw_env *env, const qw_trimesh *mesh, const uint8_t *is_from, float farthest);
 
 #endif

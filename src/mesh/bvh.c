@@ -26,7 +26,7 @@ _Static_assert(sizeof(disc) == 32, "half a cache line");
 typedef struct normal_box {
     int8_t lo[3], hi[3];
 } normal_box;
-enum { STEEPEST = 127 };
+enum { STEEPEST = 127, SPLIT_LEVELS = 6 };
 
 typedef struct triangle {
     qw_vec3 a, b, c;
@@ -255,14 +255,15 @@ static void widen(normal_box *b, const normal_box *by)
     }
 }
 
-/* Of a node and all below it; no deeper than QW_BOX_STACK. */
-static normal_box fill_normals(qw_bvh *bvh, uint32_t node)
+/* Of a node and all below it; no deeper than QW_BOX_STACK. done: so many levels below the node is where it is known. */
+static normal_box fill_normals(qw_bvh *bvh, uint32_t node, uint32_t done)
 {
     const qw_box_node *n = &bvh->tree.nodes[node];
     normal_box b;
+    if (done == 0) return bvh->normals[node];
     if (n->count == 0) {
-        normal_box right = fill_normals(bvh, n->first + 1);
-        b = fill_normals(bvh, n->first), widen(&b, &right);
+        normal_box right = fill_normals(bvh, n->first + 1, done - 1);
+        b = fill_normals(bvh, n->first, done - 1), widen(&b, &right);
     } else {
         b = box_of_normal(bvh->discs[n->first].normal);
         for (uint32_t i = n->first + 1; i < n->first + n->count; i++) {
@@ -271,6 +272,26 @@ static normal_box fill_normals(qw_bvh *bvh, uint32_t node)
         }
     }
     return bvh->normals[node] = b;
+}
+
+/* What lies below the first levels, on all threads. */
+typedef struct subtrees {
+    qw_bvh *bvh;
+    uint32_t node[1 << SPLIT_LEVELS], count;
+} subtrees;
+
+static void list_subtrees(subtrees *s, uint32_t node, uint32_t levels)
+{
+    const qw_box_node *n = &s->bvh->tree.nodes[node];
+    if (levels == 0) s->node[s->count++] = node;
+    else if (n->count == 0) list_subtrees(s, n->first, levels - 1), list_subtrees(s, n->first + 1, levels - 1);
+}
+
+static void fill_subtrees(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    subtrees *s = user;
+    (void)block;
+    for (uint32_t i = begin; i < end; i++) fill_normals(s->bvh, s->node[i], QW_BOX_STACK);
 }
 
 static bool has_parts(const qw_trimesh *mesh)
@@ -313,7 +334,12 @@ qw_bvh *qw_bvh_build(qw_env *env, const qw_trimesh *mesh)
     qw_parallel(env, mesh->face_count, 4096, fill_discs, &f);
     qw_free(env, f.order);
     bvh->normals = QW_NEW(env, normal_box, 2 * (size_t)mesh->face_count);
-    if (mesh->face_count > 0) fill_normals(bvh, 0);
+    if (mesh->face_count > 0) {
+        subtrees s = {.bvh = bvh};
+        list_subtrees(&s, 0, SPLIT_LEVELS);
+        qw_parallel(env, s.count, 4, fill_subtrees, &s);
+        fill_normals(bvh, 0, SPLIT_LEVELS);
+    }
     if (has_parts(mesh)) {
         bvh->part = QW_NEW(env, uint32_t, 2 * (size_t)mesh->face_count);
         fill_parts(bvh, 0);

@@ -36,14 +36,18 @@ static void take_positions(exacting *x)
         double *p = x->position + 3 * (size_t)v;
         p[0] = (double)s->position[v].x, p[1] = (double)s->position[v].y, p[2] = (double)s->position[v].z;
     }
+    double *framed = QW_NEW(run->env, double, 3 * (size_t)input->vertex_count);
+    for (size_t v = 0; v < input->vertex_count; v++)
+        to_frame(&run->whole.clean.frame, input->position + 3 * v, framed + 3 * v);
     for (uint32_t c = 0; c < 3 * s->face_count; c++) {
-        double *p = x->position + 3 * (size_t)s->corner[c], q[3];
+        double *p = x->position + 3 * (size_t)s->corner[c];
         uint32_t polygon = run->whole.clean.source_face[c / 3];
         for (uint32_t k = input->face_begin[polygon]; k < input->face_begin[polygon + 1]; k++) {
-            to_frame(&run->whole.clean.frame, input->position + 3 * (size_t)input->corner[k], q);
-            if (fabs(p[0] - q[0]) + fabs(p[1] - q[1]) + fabs(p[2] - q[2]) < QW_SAME_VERTEX) memcpy(p, q, sizeof q);
+            const double *q = framed + 3 * (size_t)input->corner[k];
+            if (fabs(p[0] - q[0]) + fabs(p[1] - q[1]) + fabs(p[2] - q[2]) < QW_SAME_VERTEX) memcpy(p, q, 3 * sizeof *q);
         }
     }
+    qw_free(run->env, framed);
 }
 
 static bool is_asked(const qw_run_state *run)
