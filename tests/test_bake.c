@@ -136,6 +136,75 @@ static void hostile_pictures_are_refused(void **state)
     protect(read_hostile);
 }
 
+/* ---- WebP: 5 x 3 pixels, of which (x, y) is (10 x + 3 y, 200 - 20 y, 40 x), by Debian's cwebp */
+
+static const char lossless[] =
+    "\x52\x49\x46\x46\x48\x00\x00\x00\x57\x45\x42\x50\x56\x50\x38\x4c\x3c\x00\x00\x00\x2f\x04\x80\x00"
+    "\x00\x77\x40\x90\x6d\x33\x88\xf9\xf3\x1c\x66\x1a\x77\x50\xd3\xb6\x01\xd3\xf1\x85\x3f\xdd\x48\x83"
+    "\x32\xff\x5d\x58\xec\x74\x20\x45\x81\xee\x3a\x30\x08\x00\x89\x40\x05\x93\x41\x06\xe1\x65\xb0\xc1"
+    "\xac\x11\xfd\x8f\x3e\x72\xf4\x04";
+static const char lossy[] =
+    "\x52\x49\x46\x46\x54\x00\x00\x00\x57\x45\x42\x50\x56\x50\x38\x20\x48\x00\x00\x00\x10\x02\x00\x9d"
+    "\x01\x2a\x05\x00\x03\x00\x00\xc0\x12\x25\xb0\x02\x74\xb7\x00\x01\x90\x83\x7e\xa4\x00\x00\xfe\xde"
+    "\x20\xf8\xad\xc0\x18\x1e\x7f\xfe\xd3\xf9\xa7\xef\xbe\xe4\x65\x35\x7f\xd8\xcb\x7d\xf7\xdc\x37\xff"
+    "\x9d\xf9\xc7\xc1\x7c\xff\xcd\x8c\xc0\x02\x86\xff\x98\x76\x3f\xe4\x32\x00\x00\x00";
+
+static void read_webp(void *user)
+{
+    qw_env *env = ((job *)user)->env;
+    const qw_bytes file[] = {{lossless, sizeof lossless - 1}, {lossy, sizeof lossy - 1}};
+    const int off[] = {0, 24};
+    const char *why;
+    for (int i = 0; i < 2; i++) {
+        uint32_t width = 0, height = 0;
+        assert_true(qw_picture_size(file[i], &width, &height));
+        assert_int_equal(width, 5), assert_int_equal(height, 3);
+        qw_picture p = qw_read_picture(env, file[i], &why);
+        if (!qw_reads_webp()) assert_non_null(strstr(why, "libwebp"));
+        for (int k = 0; k < 15 && qw_reads_webp(); k++) {
+            int x = k % 5, y = k / 5, wanted[4] = {10 * x + 3 * y, 200 - 20 * y, 40 * x, 255};
+            assert_int_equal(p.bits, 8);
+            for (uint32_t c = 0; c < 4; c++)
+                assert_true(abs((int)pixel(&p, (size_t)k, c) - wanted[c]) <= (c < 3 ? off[i] : 0));
+        }
+    }
+}
+static void webp_is_read(void **state)
+{
+    (void)state;
+    protect(read_webp);
+}
+
+/* Cut, changed, and vast: of 60,000 pixels a side, which no more than the head of a canvas can say. */
+static void read_hostile_webp(void *user)
+{
+    qw_env *env = ((job *)user)->env;
+    const qw_bytes file[] = {{lossless, sizeof lossless - 1}, {lossy, sizeof lossy - 1}};
+    const char *why;
+    char copy[128];
+    uint64_t random = 3;
+    for (int i = 0; i < 800; i++) {
+        const qw_bytes *f = &file[i % 2];
+        size_t size = i < 200 ? (size_t)i / 2 % f->size : f->size;
+        qw_scope_begin(env);
+        memset(copy, 0, sizeof copy), memcpy(copy, f->at, size);
+        if (i >= 200) copy[random_bits(&random) % size] ^= (char)(1 << i / 2 % 8);
+        qw_picture p = qw_read_picture(env, (qw_bytes){copy, size}, &why);
+        if (i < 200 && size < f->size / 2) assert_null(p.pixels);
+        qw_scope_end(env);
+    }
+    static const char canvas[] = "RIFF\x20\0\0\0WEBPVP8X\x0a\0\0\0\0\0\0\0\x5f\xea\0\x5f\xea\0";
+    size_t before = qw_env_peak(env);
+    assert_null(qw_read_picture(env, (qw_bytes){canvas, sizeof canvas - 1}, &why).pixels);
+    assert_non_null(strstr(why, "larger"));
+    assert_true(qw_env_peak(env) == before);
+}
+static void hostile_webp_is_refused(void **state)
+{
+    (void)state;
+    protect(read_hostile_webp);
+}
+
 /* ---- materials of glTF files that name what is not there, and numbers that are none */
 
 static void read_materials(void *user)
@@ -145,8 +214,11 @@ static void read_materials(void *user)
         "\"baseColorTexture\":{\"index\":1e300},\"metallicRoughnessTexture\":{\"index\":0,\"texCoord\":-5}},"
         "\"normalTexture\":{\"index\":1,\"texCoord\":1e300,\"extensions\":{\"KHR_texture_transform\":{\"texCoord\":"
         "1e20,"
-        "\"scale\":[1e300,0]}}},\"occlusionTexture\":7,\"emissiveTexture\":{\"index\":2}},7,{}],"
-        "\"textures\":[{\"source\":0,\"sampler\":9},{\"source\":1},{\"source\":77}],\"samplers\":4,"
+        "\"scale\":[1e300,0]}}},\"occlusionTexture\":7,\"emissiveTexture\":{\"index\":2}},7,"
+        "{\"emissiveTexture\":{\"index\":3},\"normalTexture\":{\"index\":4}}],"
+        "\"textures\":[{\"source\":0,\"sampler\":9},{\"source\":1},{\"source\":77},"
+        "{\"source\":0,\"extensions\":{\"EXT_texture_webp\":{\"source\":1}}},"
+        "{\"extensions\":{\"EXT_texture_webp\":{\"source\":2}}}],\"samplers\":4,"
         "\"images\":[{\"bufferView\":0},{\"uri\":\"data:image/png;base64,AAAA\"},{\"bufferView\":1}],\0"
         "{\"byteOffset\":4,\"byteLength\":1e300},{\"byteOffset\":-1,\"byteLength\":2},";
     qw_env *env = ((job *)user)->env;
@@ -167,6 +239,8 @@ static void read_materials(void *user)
     assert_int_equal(list.material[0].roughness_map.set, QW_NONE);
     assert_int_equal(list.material[0].normal_map.set, QW_NONE);
     assert_float_equal(list.material[2].metallic, 1, 0);
+    assert_int_equal(list.material[2].emission_map.image, qw_reads_webp() ? 1 : 0);
+    assert_int_equal(list.material[2].normal_map.image, 2);
 }
 static void hostile_materials(void **state)
 {
@@ -604,6 +678,8 @@ QW_TEST_SUITE(bake)
         cmocka_unit_test(hostile_materials),
         cmocka_unit_test(png_comes_back),
         cmocka_unit_test(hostile_pictures_are_refused),
+        cmocka_unit_test(webp_is_read),
+        cmocka_unit_test(hostile_webp_is_refused),
         cmocka_unit_test(normals_of_a_sphere),
         cmocka_unit_test(tips_face_up),
         cmocka_unit_test(constant_color),

@@ -25,6 +25,9 @@ set(CPACK_DEBIAN_DEVEL_PACKAGE_DEPENDS "quadwright (= ${PROJECT_VERSION})")
 if(QW_HAS_CADICAL) # the archive needs it
   string(APPEND CPACK_DEBIAN_DEVEL_PACKAGE_DEPENDS ", libcadical-dev")
 endif()
+if(QW_HAS_WEBP)
+  string(APPEND CPACK_DEBIAN_DEVEL_PACKAGE_DEPENDS ", libwebp-dev")
+endif()
 set(CPACK_COMPONENT_DEVEL_DESCRIPTION "Makes clean all-quad meshes of triangle surfaces: header, archive, CMake package and pkg-config.")
 # Where Debian looks for a package's licence and changes.
 if(QW_LICENSE_NAME STREQUAL "copyright")

@@ -12,6 +12,7 @@ PARTS = {
     "cadical": ("libcadical-dev", "MIT", "linked into programs, wheel and modules", "https://github.com/arminbiere/cadical"),
     "stb_image_write": ("libstb-dev", "MIT OR Unlicense", "pictures of the program", "https://github.com/nothings/stb"),
     "stb_image": ("libstb-dev", "MIT OR Unlicense", "textures of the input", "https://github.com/nothings/stb"),
+    "libwebp": ("libwebp-dev", "BSD-3-Clause", "textures of the input that are WebP", "https://chromium.googlesource.com/webm/libwebp"),
     "glibc": ("libc6-dev", "LGPL-2.1-or-later", "linked into the static program for Linux", "https://sourceware.org/git/glibc.git"),
     "libstdc++": ("libstdc++-12-dev", "GPL-3.0-or-later WITH GCC-exception-3.1", "linked into programs and the wheel", "https://gcc.gnu.org"),
     "mingw-w64": ("mingw-w64-x86-64-dev", "ZPL-2.1", "linked into the program and library for Windows", "https://www.mingw-w64.org"),

@@ -4,9 +4,9 @@
 #                        web, web-test (tools/web), python, python-test, python-old (tools/python-package), cluster (tools/test-cluster), blender (tools/blender-addon)
 #   build: a C and a C++ compiler, CMake, Ninja, stb (PNG), pkg-config (the install test asks it)
 #   tests: CMocka
-#   used where found: CaDiCaL (SAT, Equation (4)), GLPK (--flow ilp), LEMON (oracle of the flow tests), clang (second compiler, fuzzing), clang-format (layout)
+#   used where found: CaDiCaL (SAT, Equation (4)), GLPK (--flow ilp), libwebp (textures that are WebP), LEMON (oracle of the flow tests), clang (second compiler, fuzzing), clang-format (layout)
 set -e
-packages=(gcc g++ make cmake ninja-build pkg-config libstb-dev libcmocka-dev cadical libcadical-dev libglpk-dev liblemon-dev clang libclang-rt-14-dev clang-format-14)
+packages=(gcc g++ make cmake ninja-build pkg-config libstb-dev libcmocka-dev cadical libcadical-dev libglpk-dev libwebp-dev liblemon-dev clang libclang-rt-14-dev clang-format-14)
 [ $# -gt 0 ] && packages=()
 for group; do
     case $group in

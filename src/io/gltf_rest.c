@@ -133,6 +133,7 @@ static const char *media_of(qw_bytes b)
 {
     if (b.size > 8 && memcmp(b.at, "\x89PNG", 4) == 0) return "image/png";
     if (b.size > 3 && memcmp(b.at, "\xff\xd8\xff", 3) == 0) return "image/jpeg";
+    if (b.size > 11 && memcmp(b.at, "RIFF", 4) == 0 && memcmp(b.at + 8, "WEBP", 4) == 0) return "image/webp";
     if (b.size > 12 && memcmp(b.at, "RIFF", 4) == 0 && memcmp(b.at + 8, "WEBP", 4) == 0) return "image/webp";
     if (b.size > 12 && memcmp(b.at, "\xabKTX", 4) == 0) return "image/ktx2";
     return "application/octet-stream";

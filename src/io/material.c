@@ -74,6 +74,15 @@ static void read_transform(const reader *r, uint32_t info, qw_texture *t)
 
 static int wrap_of(double mode) { return mode == 33071 ? 1 : mode == 33648 ? 2 : 0; }
 
+/* The image of a texture: its WebP where it has one that can be read. */
+static double source_of(const reader *r, uint32_t texture)
+{
+    const qw_json_doc *j = &r->json;
+    uint32_t webp = qw_json_member(j, qw_json_member(j, texture, "extensions"), "EXT_texture_webp");
+    double image = number(r, texture, "source", -1);
+    return webp == QW_NONE || (!qw_reads_webp() && image >= 0) ? image : number(r, webp, "source", image);
+}
+
 static qw_texture read_texture(const reader *r, uint32_t object, const char *name, uint32_t channel)
 {
     qw_texture t = no_texture;
@@ -81,7 +90,7 @@ static qw_texture read_texture(const reader *r, uint32_t object, const char *nam
     if (info == QW_NONE) return t;
     uint32_t texture = item(r, r->textures, number(r, info, "index", -1));
     uint32_t sampler = item(r, r->samplers, number(r, texture, "sampler", -1));
-    double image = number(r, texture, "source", -1);
+    double image = source_of(r, texture);
     if (!(image >= 0 && image < r->list.image_count)) return t;
     t.image = (uint32_t)image, t.channel = channel, t.set = small_whole(number(r, info, "texCoord", 0));
     t.wrap[0] = wrap_of(number(r, sampler, "wrapS", 0)), t.wrap[1] = wrap_of(number(r, sampler, "wrapT", 0));

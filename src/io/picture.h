@@ -1,4 +1,4 @@
-/* Pictures in memory, PNG files of them, and what is read of PNG and JPEG files. */
+/* Pictures in memory, PNG files of them, and what is read of PNG, JPEG and WebP files. */
 #ifndef QW_IO_PICTURE_H
 #define QW_IO_PICTURE_H
 
@@ -15,10 +15,12 @@ typedef struct qw_picture {
 void qw_put_png(qw_env *env, const qw_picture *picture, qw_pen *pen);
 
 enum { QW_MOST_PIXELS_ALONG = 16384 };
-/* What the head of a PNG or JPEG file says of its size; false: it is neither. */
+/* What the head of a PNG, JPEG or WebP file says of its size; false: it is none of them. */
 bool qw_picture_size(qw_bytes bytes, uint32_t *width, uint32_t *height);
-/* Reads a PNG or JPEG file; at NULL pixels it cannot be, and *why says so. Larger ones than QW_MOST_PIXELS_ALONG are
-   refused before memory is asked for. Without stb_image none can be read. In the caller's scope. */
+bool qw_reads_webp(void); /* whether this build does */
+/* Reads a PNG, JPEG or WebP file; at NULL pixels it cannot be, and *why says so. Larger ones than QW_MOST_PIXELS_ALONG
+   are refused before memory is asked for. Without stb_image or libwebp those of theirs can't be read. In the caller's
+   scope. */
 qw_picture qw_read_picture(qw_env *env, qw_bytes bytes, const char **why);
 
 #endif
