@@ -113,16 +113,28 @@ uint32_t qw_mask_runs(const qw_mask *m, qw_mask_run *to)
 
 qw_board qw_board_of(qw_env *env, uint32_t across, uint32_t rows)
 {
-    qw_board b = {.words = across / QW_WORD + 1, .levels = 1, .rows = rows};
+    qw_board b = {.across = across, .words = across / QW_WORD + 1, .levels = 1, .rows = rows};
     while (UINT64_C(1) << b.levels <= across) b.levels++;
     b.row = QW_NEW_ZERO(env, uint64_t, (size_t)b.words * b.levels * b.rows + b.words + 2 * AT_ONCE);
+    b.room = QW_NEW(env, uint8_t, rows);
+    memset(b.room, (int)b.levels - 1, rows);
     return b;
 }
 
 void qw_board_clear(qw_board *b)
 {
     memset(b->row, 0, (size_t)b->words * b->levels * b->used * sizeof *b->row);
+    memset(b->room, (int)b->levels - 1, b->used);
     b->used = 0;
+}
+
+/* Whether the first cells of a row are all set, so many. */
+static bool is_full(const uint64_t *row, uint32_t cells)
+{
+    for (uint32_t w = 0; w < cells / QW_WORD; w++)
+        if (row[w] != UINT64_MAX) return false;
+    uint64_t rest = (UINT64_C(1) << cells % QW_WORD) - 1;
+    return (row[cells / QW_WORD] & rest) == rest;
 }
 
 /* Cells that are set, or so many before one that is; by: fewer than the row has. */
@@ -143,6 +155,9 @@ void qw_board_stamp(qw_board *b, const qw_mask *m, uint32_t x, uint32_t y)
         stamp_row(row, m->row + (size_t)r * m->words, m->words, x, true);
         for (uint32_t k = 1; k < b->levels; k++, row += b->words)
             grow_row(row, b->words, 1u << (k - 1), row + b->words);
+        row -= (size_t)(b->levels - 1) * b->words;
+        uint8_t *room = &b->room[y + r];
+        while (*room > 0 && is_full(row + (size_t)*room * b->words, b->across - (1u << *room) + 1)) --*room;
     }
     if (b->used < y + m->down) b->used = y + m->down;
 }
@@ -175,6 +190,8 @@ static uint64_t rule_out(const qw_board *b, const qw_mask_run *run, uint32_t beg
 uint32_t qw_board_place(const qw_board *b, const qw_mask_run *run, uint32_t count, uint32_t from, uint32_t to,
                         uint32_t y)
 {
+    /* most places low down have no room for the longest run anywhere along the row */
+    if (count > 0 && y + run->row < b->used && run->length >> b->room[y + run->row] > 1) return QW_NONE;
     for (uint32_t begin = from / QW_WORD; begin <= to / QW_WORD; begin += AT_ONCE) {
         uint64_t free[AT_ONCE], any = 1;
         for (uint32_t w = 0; w < AT_ONCE; w++) free[w] = bits_between(from, to, begin + w);

@@ -36,9 +36,10 @@ uint32_t qw_mask_runs(const qw_mask *m, qw_mask_run *to);
 /* What is filled, ready for many questions: with each row those in which a cell is set where one of the next 2^k of
    the row is. So all places along a row are tested together, two words for each 64 of them and run of the mask. */
 typedef struct qw_board {
-    uint32_t words, levels, rows;
+    uint32_t across, words, levels, rows;
     uint32_t used; /* rows that may hold something; those above are clear */
     uint64_t *row; /* uint64_t[rows][levels][words], and some behind the last that are read, not used */
+    uint8_t *room; /* uint8_t[rows]: the largest k at which 2^k cells of the row that follow one another are clear */
 } qw_board;
 
 /* across: cells of a row; runs are no longer. In the caller's scope. */

@@ -37,6 +37,7 @@ typedef struct attempt {
     uint32_t *order; /* uint32_t[count] */
     uint8_t *turn;   /* uint8_t[count]: quarters of each piece, or ANY_TURN */
     spot *at;        /* spot[count] */
+    uint32_t kept;   /* so many, the first in the order, lie where `at` says: as in an attempt that was placed before */
     qw_board board;  /* the tiles, one above the other; the last is twice as high */
     uint32_t top;    /* in the last tile; UINT32_MAX: not all were placed */
 } attempt;
@@ -155,9 +156,10 @@ static bool find_spot(const packer *k, const attempt *a, uint32_t i, uint32_t ti
     return false;
 }
 
-static bool place_one(const packer *k, attempt *a, uint32_t i)
+/* is_known: it lies where a->at says. */
+static bool place_one(const packer *k, attempt *a, uint32_t i, bool is_known)
 {
-    bool found = false;
+    bool found = is_known;
     for (uint32_t tile = 0; tile < k->tiles && !found; tile++)
         for (uint32_t quarters = 0; quarters < 4; quarters++) {
             spot here;
@@ -179,7 +181,7 @@ static void place_all(const packer *k, attempt *a)
     qw_board_clear(&a->board);
     a->top = 0;
     for (uint32_t i = 0; i < k->count; i++)
-        if (!place_one(k, a, a->order[i]) || a->top > k->best.top) {
+        if (!place_one(k, a, a->order[i], i < a->kept) || a->top > k->best.top) {
             a->top = UINT32_MAX;
             return;
         }
@@ -206,7 +208,7 @@ static void copy_attempt(const packer *k, attempt *to, const attempt *from)
 {
     memcpy(to->order, from->order, k->count * sizeof *to->order), memcpy(to->turn, from->turn, k->count);
     memcpy(to->at, from->at, k->count * sizeof *to->at);
-    to->top = from->top;
+    to->top = from->top, to->kept = 0;
 }
 
 static void sort_by(uint32_t *order, const double *key, uint32_t count)
@@ -218,6 +220,15 @@ static void sort_by(uint32_t *order, const double *key, uint32_t count)
     }
 }
 
+/* Of an attempt that has been changed from the best: what comes before the first change is placed alike. */
+static void keep_alike(const packer *k, attempt *a)
+{
+    for (a->kept = 0; a->kept < k->count; a->kept++) {
+        uint32_t i = k->best.order[a->kept];
+        if (a->order[a->kept] != i || a->turn[i] != k->best.turn[i]) return;
+    }
+}
+
 static double chance(uint64_t seed) { return (double)(qw_mix(seed) >> 11) / 9007199254740992.0; }
 
 /* By area, each times a number about 1. */
@@ -225,7 +236,7 @@ static void order_by_chance(const packer *k, attempt *a, uint64_t seed)
 {
     for (uint32_t i = 0; i < k->count; i++) k->key[i] = k->area[i] * (0.4 + 1.2 * chance(seed << 20 | i));
     sort_by(a->order, k->key, k->count);
-    memset(a->turn, ANY_TURN, k->count);
+    memset(a->turn, ANY_TURN, k->count), a->kept = 0;
 }
 
 /* The first orders: by area, by the longer side, by the sides' sum, by the box; and by chance. */
@@ -287,6 +298,7 @@ static void try_near(packer *k)
         copy_attempt(k, &k->slot[s], &k->best);
         if (s > 0 || k->best.top != UINT32_MAX) change(k, &k->slot[s], seed);
         if (s > 1) change(k, &k->slot[s], seed + 8);
+        if (k->best.top != UINT32_MAX) keep_alike(k, &k->slot[s]);
     }
     try_slots(k);
 }
