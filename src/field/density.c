@@ -44,17 +44,53 @@ static void add_face(const qw_trimesh *m, const uint32_t *cell, uint32_t f, cell
     }
 }
 
-/* Half of the edge's bend to each of its ends. */
-static void add_edge(const qw_trimesh *m, const uint32_t *cell, const qw_vec3 *facing, uint32_t h, cell_sums *sums)
+/* Half of each edge's bend, as tensors: found on all threads, so many half-edges at a time, and added in their order.
+ */
+typedef struct edge_bends {
+    const qw_trimesh *mesh;
+    const qw_vec3 *facing; /* qw_vec3[faces]: unit normals */
+    uint32_t first;        /* half-edge of the tensor that comes first */
+    float (*tensor)[6];
+    bool *is_bent; /* whether there is one: of the half-edge of an edge that has the lower number */
+} edge_bends;
+enum { AT_ONCE = 1 << 14 };
+
+static void find_bends(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
-    uint32_t a = m->corner[h], b = m->corner[qw_next(h)];
-    qw_vec3 along = qw_sub(m->position[b], m->position[a]), n = facing[h / 3], o = facing[m->twin[h] / 3];
-    float length = qw_length(along);
-    if (!(length > 0) || qw_length2(n) == 0 || qw_length2(o) == 0) return;
-    qw_vec3 u = qw_scale(along, 1 / length);
-    float w = 0.5f * length * (float)qw_atan2(qw_dot(qw_cross(n, o), u), qw_dot(n, o));
-    float tensor[6] = {w * u.x * u.x, w * u.y * u.y, w * u.z * u.z, w * u.x * u.y, w * u.y * u.z, w * u.z * u.x};
-    for (int i = 0; i < 6; i++) sums[cell[a]].tensor[i] += tensor[i], sums[cell[b]].tensor[i] += tensor[i];
+    edge_bends *e = user;
+    const qw_trimesh *m = e->mesh;
+    (void)block;
+    for (uint32_t i = begin; i < end; i++) {
+        uint32_t h = e->first + i, twin = m->twin[h];
+        e->is_bent[i] = false;
+        if (twin == QW_NONE || h > twin || qw_is_curve_edge(m, h, false)) continue;
+        qw_vec3 along = qw_sub(m->position[m->corner[qw_next(h)]], m->position[m->corner[h]]);
+        qw_vec3 n = e->facing[h / 3], o = e->facing[twin / 3];
+        float length = qw_length(along);
+        if (!(length > 0) || qw_length2(n) == 0 || qw_length2(o) == 0) continue;
+        qw_vec3 u = qw_scale(along, 1 / length);
+        float w = 0.5f * length * (float)qw_atan2(qw_dot(qw_cross(n, o), u), qw_dot(n, o));
+        const float tensor[6] = {w * u.x * u.x, w * u.y * u.y, w * u.z * u.z,
+                                 w * u.x * u.y, w * u.y * u.z, w * u.z * u.x};
+        memcpy(e->tensor[i], tensor, sizeof tensor), e->is_bent[i] = true;
+    }
+}
+
+static void add_edges(qw_env *env, const qw_trimesh *m, const uint32_t *cell, const qw_vec3 *facing, cell_sums *sums)
+{
+    edge_bends e = {.mesh = m, .facing = facing, .is_bent = QW_NEW(env, bool, AT_ONCE)};
+    e.tensor = qw_alloc(env, AT_ONCE, sizeof *e.tensor);
+    for (; e.first < 3 * m->face_count; e.first += AT_ONCE) {
+        uint32_t left = 3 * m->face_count - e.first, count = left < AT_ONCE ? left : AT_ONCE;
+        qw_parallel(env, count, 4 * GRAIN, find_bends, &e);
+        for (uint32_t i = 0; i < count; i++) {
+            if (!e.is_bent[i]) continue;
+            float *a = sums[cell[m->corner[e.first + i]]].tensor;
+            float *b = sums[cell[m->corner[qw_next(e.first + i)]]].tensor;
+            for (int k = 0; k < 6; k++) a[k] += e.tensor[i][k], b[k] += e.tensor[i][k];
+        }
+    }
+    qw_free(env, e.tensor), qw_free(env, e.is_bent);
 }
 
 static cell_sums *sum_up(qw_env *env, const qw_trimesh *m, const qw_cells *cells)
@@ -62,9 +98,7 @@ static cell_sums *sum_up(qw_env *env, const qw_trimesh *m, const qw_cells *cells
     cell_sums *sums = QW_NEW_ZERO(env, cell_sums, cells->count);
     qw_vec3 *facing = qw_face_normals(env, m);
     for (uint32_t f = 0; f < m->face_count; f++) add_face(m, cells->of, f, sums);
-    for (uint32_t h = 0; h < 3 * m->face_count; h++)
-        if (m->twin[h] != QW_NONE && h < m->twin[h] && !qw_is_curve_edge(m, h, false))
-            add_edge(m, cells->of, facing, h, sums);
+    add_edges(env, m, cells->of, facing, sums);
     qw_free(env, facing);
     return sums;
 }
@@ -271,14 +305,34 @@ typedef struct shape_wish {
     float *area, *even, *bound; /* float[cells.count] */
 } shape_wish;
 
-/* Multiplies w->even by curvature^-power, the curvature a mean over balls of this radius. curvature: float[cells], then
-   that mean. */
-static void shrink_by(qw_env *env, shape_wish *w, double edge, float *curvature, double radius, double power)
+/* What cells see of the shape, and what that asks for. */
+typedef struct even_task {
+    const cell_sums *sums;
+    double edge, power;
+    float *bend, *lesser, *mean; /* float[cells]: of the curvatures; what goes in with the power */
+    qw_vec3 *normal;
+    float *even;
+} even_task;
+
+static void look_at_cells(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
-    if (power == 0) return;
-    average_widely(env, &w->cells, w->area, radius, curvature);
-    for (uint32_t c = 0; c < w->cells.count; c++)
-        w->even[c] *= (float)qw_pow((double)curvature[c] * edge + FLAT, -power);
+    const even_task *t = user;
+    (void)block;
+    for (uint32_t c = begin; c < end; c++) {
+        double k[2];
+        t->normal[c] = principal_curvatures(&t->sums[c], k);
+        t->bend[c] = (float)sqrt(k[0] * k[0] + k[1] * k[1]);
+        t->lesser[c] = (float)fmin(fabs(k[0]), fabs(k[1]));
+        t->even[c] = 1;
+    }
+}
+
+static void shrink_cells(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    const even_task *t = user;
+    (void)block;
+    for (uint32_t c = begin; c < end; c++)
+        t->even[c] *= (float)qw_pow((double)t->mean[c] * t->edge + FLAT, -t->power);
 }
 
 /* Sets w->even; bend, normal: [cells.count], filled in. */
@@ -288,21 +342,20 @@ static void find_even(qw_env *env, const qw_trimesh *m, const qw_density_wish *w
     double edge = wish->edge, far = FAR * sqrt(qw_trimesh_area(m)), seen = beyond_nearest(wish);
     uint32_t n = w->cells.count;
     cell_sums *sums = sum_up(env, m, &w->cells);
-    for (uint32_t c = 0; c < n; c++) w->area[c] = sums[c].area, w->even[c] = 1;
+    for (uint32_t c = 0; c < n; c++) w->area[c] = sums[c].area;
     qw_cells_spread(env, &w->cells, &sums->area, SUMS, 1);
     float *lesser = QW_NEW(env, float, n), *mean = QW_NEW(env, float, n);
-    for (uint32_t c = 0; c < n; c++) {
-        double k[2];
-        normal[c] = principal_curvatures(&sums[c], k);
-        bend[c] = (float)sqrt(k[0] * k[0] + k[1] * k[1]);
-        lesser[c] = (float)fmin(fabs(k[0]), fabs(k[1]));
-    }
+    even_task t = {sums, edge, 0, bend, lesser, mean, normal, w->even};
+    qw_parallel(env, n, GRAIN, look_at_cells, &t);
     const float *of[POWERS] = {bend, bend, lesser, lesser};
     double between = sqrt(NEAR * edge * far), radius[POWERS] = {NEAR * edge, between, between, far};
     for (int i = 0; i < POWERS; i++) {
         double power = NEAREST_POWER[i] + seen * (SEEN_POWER[i] - NEAREST_POWER[i]);
+        if (power == 0) continue;
         memcpy(mean, of[i], n * sizeof *mean);
-        shrink_by(env, w, edge, mean, radius[i], power * fmin(wish->strength / NEAREST, 1));
+        average_widely(env, &w->cells, w->area, radius[i], mean);
+        t.power = power * fmin(wish->strength / NEAREST, 1);
+        qw_parallel(env, n, GRAIN, shrink_cells, &t);
     }
     qw_free(env, lesser), qw_free(env, mean), qw_free(env, sums);
 }
