@@ -331,8 +331,7 @@ static void shrink_cells(void *user, uint32_t block, uint32_t begin, uint32_t en
 {
     const even_task *t = user;
     (void)block;
-    for (uint32_t c = begin; c < end; c++)
-        t->even[c] *= (float)qw_pow((double)t->mean[c] * t->edge + FLAT, -t->power);
+    for (uint32_t c = begin; c < end; c++) t->even[c] *= (float)qw_pow((double)t->mean[c] * t->edge + FLAT, -t->power);
 }
 
 /* Sets w->even; bend, normal: [cells.count], filled in. */
