@@ -156,12 +156,12 @@ static void fewest_quads_are_said(void **state)
     shape_free(&s);
 }
 
-/* Quads for horns are kept before the others are made: these are not drawn out to make room, in the mean of a few
+/* Quads for horns are kept before the others are made: these are not drawn out to make room, in the mean of ten
    counts. */
 static void room_for_horns_leaves_no_long_quads(void **state)
 {
     (void)state;
-    enum { COUNTS = 5 };
+    enum { COUNTS = 10 };
     shape ball = horned(6, 0.3, 1.5);
     double long_share = 0;
     int64_t grown = 0, attempts = 0;
@@ -236,6 +236,23 @@ static void few_quads_keep_horns(void **state)
         if (faces == 40) assert_true(lost > 0);
         qw_result_destroy(result);
     }
+    shape_free(&ball);
+}
+
+/* Room for some horns takes others: these grow then, and horns that are lost weigh more than long quads. */
+static void room_for_horns_takes_few(void **state)
+{
+    (void)state;
+    shape ball = horned(10, 0.2, 0.8);
+    int64_t lost = 0;
+    for (int64_t faces = 140; faces <= 180; faces += 10) {
+        qw_result *result = remeshed(&ball, faces);
+        print_message("%lld of 10 horns lost at %lld quads\n", (long long)qw_result_report(result)->lost_parts,
+                      (long long)faces);
+        lost += qw_result_report(result)->lost_parts;
+        qw_result_destroy(result);
+    }
+    assert_true(lost <= 7); /* of 50; 11 where they grow once */
     shape_free(&ball);
 }
 
@@ -604,6 +621,7 @@ QW_TEST_SUITE(protrusions)
         cmocka_unit_test_prestate(five_fingers, counts + 2),
         cmocka_unit_test_prestate(five_fingers, counts + 3),
         cmocka_unit_test(few_quads_keep_horns),
+        cmocka_unit_test(room_for_horns_takes_few),
         cmocka_unit_test(room_for_horns_leaves_no_long_quads),
         cmocka_unit_test(long_strip),
         cmocka_unit_test(pyramid_is_met),

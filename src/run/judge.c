@@ -102,18 +102,19 @@ static bool compose(const qw_run_state *run, qw_rounds *rounds, qw_judgement *j)
     return qw_rounds_add(run->env, rounds, &round, &j->composed, &j->composed_flipped);
 }
 
-/* Quads of a protrusion that is lost: a ring around it. */
-static const double RING = 4;
+/* Quads of a protrusion that is lost: a ring and a half around it. With one, six lost horns weigh less than long quads.
+ */
+static const double RINGS = 6;
 
-/* What room for protrusions has left, in quads: those that are too long, and a ring for each that is lost. More than
-   all of them where the count is not what is promised. */
+/* What room for protrusions has left, in quads: those that are too long, and a ring and a half for each that is lost.
+   More than all of them where the count is not what is promised. */
 static double count_misshapen(const qw_run_state *run, const qw_quadmesh *quads)
 {
     double wanted = qw_faces_with_reserve(run);
     if (!qw_is_near_count(wanted, quads->face_count, qw_times_used(run))) return wanted;
     qw_trimesh working = qw_parted_working(run);
     qw_size_fit sizes = qw_fit_of_sizes(run->env, quads, &working, run->size);
-    return sizes.long_share * quads->face_count + RING * qw_count_lost_parts(run, quads);
+    return sizes.long_share * quads->face_count + RINGS * qw_count_lost_parts(run, quads);
 }
 
 static void judge_coverage(const qw_run_state *run, qw_rounds *rounds, qw_judgement *j)

@@ -303,31 +303,29 @@ static uint32_t grow(const qw_run_state *run, const qw_quadmesh *quads, const qw
 }
 
 /* All at once; where that does not help half as many, those that make most of the outline, and so on, but not where
-   there are hardly as many quads as cones. */
+   there are hardly as many quads as cones. Where it helps once more, for those that room for these has taken. */
 uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **flipped, bool marked)
 {
     if (run->faces_wanted < run->core.needed) return 0;
     faults before = find_faults(run, quads, *flipped);
     if (before.uncovered + before.lost == 0) return 0;
     qw_wanted wanted = wanted_of(run);
-    for (uint32_t i = 0, tips = before.lost; i < GROWTHS; i++, tips /= 2) {
+    uint32_t all = 0;
+    for (uint32_t i = 0, tips = before.lost; i < GROWTHS && before.uncovered + before.lost > 0; i++) {
         qw_quadmesh grown;
         uint8_t *grown_flipped;
         double lacking;
         uint32_t count = grow(run, quads, &wanted, marked, tips, before.lost, &grown, &grown_flipped, &lacking);
         if (i == 0 && !marked) run->lacking = lacking;
-        if (count > 0) {
-            faults after = find_faults(run, &grown, grown_flipped);
+        faults after = count > 0 ? find_faults(run, &grown, grown_flipped) : before;
+        if (after.all < before.all) {
             qw_log(run->env, QW_LOG_DEBUG, "%u protrusions grew, %u quads now; faults: %.2f, were %.2f", count,
                    grown.face_count, after.all, before.all);
-            if (after.all < before.all) {
-                *quads = grown, *flipped = grown_flipped;
-                return count;
-            }
-        }
-        if (tips <= 1 || run->is_crowded) break;
+            *quads = grown, *flipped = grown_flipped;
+            all += count, before = after, tips = after.lost;
+        } else if ((tips /= 2) == 0 || run->is_crowded) break;
     }
-    return 0;
+    return all;
 }
 
 void qw_use_up_reserve(qw_run_state *run, qw_quadmesh *quads, uint8_t **flipped)
