@@ -296,12 +296,10 @@ static qw_status make_quads(making *k, double began)
     if (status == QW_OK) status = begin(k, &host);
     if (status == QW_OK) status = make(k);
     if (status != QW_OK) return status;
-    qw_mesh_view input = qw_mesh_get(k->mesh), quads;
-    qw_get_mesh(k->context, &quads);
+    qw_mesh_view input = qw_mesh_get(k->mesh);
     qw_topology topology;
     qw_quality quality;
-    double gap = qw_get_report(k->context)->wrap_distance;
-    status = qw_measure_seen(&quads, &input, gap, &host, &topology, &quality);
+    status = qw_measure_result(k->context, &input, &host, &topology, &quality);
     if (status != QW_OK) return snprintf(k->message, k->size, "the measures: %s", qw_status_text(status)), status;
     status = save(k);
     if (status != QW_OK) return status;

@@ -212,8 +212,7 @@ static qw_status measure(session *s, qw_quality *quality, bool *is_measured)
     *is_measured = qw_get_mesh(s->context, &quads) == QW_OK;
     if (!*is_measured) return QW_OK;
     qw_topology topology;
-    double gap = qw_get_report(s->context)->wrap_distance;
-    qw_status status = qw_measure_seen(&quads, s->input ? &surface : NULL, gap, &host, &topology, quality);
+    qw_status status = qw_measure_result(s->context, s->input ? &surface : NULL, &host, &topology, quality);
     if (status != QW_OK) snprintf(s->message, sizeof s->message, "the report: %s", qw_status_text(status));
     return status;
 }

@@ -4,6 +4,7 @@
 #include "faults.h"
 #include "shapes.h"
 #include "symmetry/half.h"
+#include "torture_shapes.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -764,6 +765,47 @@ static void a_plane_beside_the_surface(void **state)
     qw_result_destroy(result), shape_free(&s);
 }
 
+/* Quads of the result that are flipped as the input has it, and as the surface that they were made of has it. */
+static void flips_of(const shape *s, const qw_options *o, int64_t *by_input, int64_t *by_origin)
+{
+    qw_context *context;
+    qw_mesh_view input = shape_view(s), quads;
+    qw_topology topology;
+    qw_quality quality;
+    assert_int_equal(qw_create(NULL, &context), QW_OK);
+    assert_int_equal(qw_set_mesh(context, &input), QW_OK);
+    assert_int_equal(qw_measure_result(context, &input, NULL, &topology, &quality), QW_NOT_READY);
+    assert_int_equal(qw_run(context, o), QW_OK);
+    assert_int_equal(qw_get_mesh(context, &quads), QW_OK);
+    assert_int_equal(qw_measure(&quads, &input, NULL, &topology, &quality), QW_OK);
+    *by_input = quality.flipped_faces;
+    assert_int_equal(qw_measure_result(context, &input, NULL, &topology, &quality), QW_OK);
+    *by_origin = quality.flipped_faces;
+    assert_int_equal(topology.quads, quads.face_count);
+    qw_destroy(context);
+}
+
+/* On the other side of the plane there is nothing that quads could agree with, and a ball that was inside out has been
+   turned: neither makes a quad flipped. */
+static void quads_are_judged_by_what_they_came_from(void **state)
+{
+    (void)state;
+    int64_t by_input, by_origin;
+    shape s = shape_sphere(6);
+    qw_options o = asking(400, QW_SYMMETRY_PLANE);
+    o.symmetry_x = 1, o.symmetry_offset = 5;
+    flips_of(&s, &o, &by_input, &by_origin);
+    assert_true(by_input > 50);
+    assert_int_equal(by_origin, 0);
+    shape_free(&s);
+    s = torture_joined(body(0), torture_moved(shape_sphere(6), 6, 0, 0), true);
+    o = asking(600, QW_SYMMETRY_NONE);
+    flips_of(&s, &o, &by_input, &by_origin);
+    assert_true(by_input > 50);
+    assert_int_equal(by_origin, 0);
+    shape_free(&s);
+}
+
 /* Cancels at a report; none is heard once all is done. */
 typedef struct canceller {
     long reports;
@@ -851,6 +893,7 @@ QW_TEST_SUITE(symmetry)
         cmocka_unit_test(too_few_quads),
         cmocka_unit_test(too_many_quads),
         cmocka_unit_test(a_plane_beside_the_surface),
+        cmocka_unit_test(quads_are_judged_by_what_they_came_from),
         cmocka_unit_test(failing_runs),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -492,11 +492,9 @@ const char *EXPORT(web_report)(session *s) { return make_text(s, write_report, q
 const char *EXPORT(web_measured_report)(session *s, const char *input, const char *output)
 {
     qw_host host = host_of(s);
-    qw_mesh_view quads = view_of(s, 0);
     qw_topology topology;
     qw_quality quality;
-    double gap = qw_get_report(s->context)->wrap_distance;
-    qw_status status = qw_measure_seen(&quads, &s->input, gap, &host, &topology, &quality);
+    qw_status status = qw_measure_result(s->context, &s->input, &host, &topology, &quality);
     fail(s, status, status == QW_OK ? "" : qw_status_text(status));
     if (status != QW_OK) return NULL;
     const char *notes[MOST_NOTES];

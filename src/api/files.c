@@ -4,12 +4,9 @@
 #include "base/view.h"
 #include "api/loaded.h"
 #include "io/soup.h"
-#include "mesh/measure.h"
 #include "wrap/points.h"
-#include "wrap/visible.h"
 #include "wrap/wrap.h"
 
-#include <float.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -408,100 +405,4 @@ qw_status qw_mesh_save(qw_mesh *mesh, const char *path, qw_format format)
     if (!mesh) return QW_ARGUMENT;
     save_mesh_job job = {mesh, path, format};
     return qw_protect(mesh->env, save_mesh_body, &job);
-}
-
-/* ---- what is seen from outside */
-
-static const double VISIBLE_CELL = 1.0 / 200; /* of the diagonal */
-
-typedef struct visible_job {
-    qw_mesh *mesh;
-    double distance;
-} visible_job;
-
-/* gap: in the coordinates of the view, or else a share of its diagonal. both: as of qw_visible_part. The arrays are of
- * the current scope. */
-static qw_mesh_view visible_part(qw_env *env, const qw_mesh_view *view, double gap, double share, uint8_t **both)
-{
-    uint32_t *begin = QW_NEW(env, uint32_t, (size_t)view->face_count + 1);
-    begin[0] = 0;
-    for (uint32_t f = 0; f < view->face_count; f++) begin[f + 1] = begin[f] + qw_view_face_size(view, f);
-    const qw_clean_input input = {.vertex_count = view->vertex_count,
-                                  .face_count = view->face_count,
-                                  .position = view->positions,
-                                  .face_begin = begin,
-                                  .corner = view->corners};
-    qw_clean_input seen = qw_visible_part(env, &input, gap > 0 ? gap : share * qw_wrap_diagonal(&input), both);
-    return (qw_mesh_view){.size = sizeof *view,
-                          .vertex_count = seen.vertex_count,
-                          .face_count = seen.face_count,
-                          .uniform_face_size = 3,
-                          .positions = seen.position,
-                          .corners = seen.corner};
-}
-
-static void visible_body(void *user)
-{
-    visible_job *job = user;
-    qw_mesh *mesh = job->mesh;
-    qw_env *env = mesh->env;
-    qw_mesh_view *view = &mesh->view;
-    if (!mesh->is_whole) qw_fail(env, QW_ARGUMENT, -1, "there is no mesh: it could not be read");
-    if (!(job->distance >= 0 && job->distance <= 1))
-        qw_fail(env, QW_ARGUMENT, -1, "the width of gaps is %g; it must be a share of the diagonal, 0 to 1",
-                job->distance);
-    qw_require_view(env, view, "mesh");
-    *view = visible_part(env, view, 0, job->distance > 0 ? job->distance : VISIBLE_CELL, NULL);
-    mesh->attribute = NULL, mesh->attribute_count = 0;
-}
-
-qw_status qw_mesh_visible(qw_mesh *mesh, double distance)
-{
-    if (!mesh) return QW_ARGUMENT;
-    visible_job job = {mesh, distance};
-    return qw_protect(mesh->env, visible_body, &job);
-}
-
-/* ---- measuring */
-
-typedef struct measure_job {
-    qw_env *env;
-    const qw_mesh_view *mesh, *against;
-    double gap; /* above 0: what lies behind narrower ones does not count */
-    qw_topology topology;
-    qw_quality quality;
-} measure_job;
-
-static void measure_body(void *user)
-{
-    measure_job *job = user;
-    qw_require_view(job->env, job->mesh, "mesh");
-    if (job->against) qw_require_view(job->env, job->against, "surface to measure against");
-    if (!(job->gap >= 0 && job->gap <= DBL_MAX))
-        qw_fail(job->env, QW_ARGUMENT, -1, "the width of gaps is %g; it must be 0 or a length", job->gap);
-    qw_mesh_view seen;
-    uint8_t *both = NULL;
-    bool hides = job->against && job->against->face_count > 0 && job->gap > 0;
-    if (hides) seen = visible_part(job->env, job->against, job->gap, 0, &both);
-    qw_measure_mesh(job->env, job->mesh, hides ? &seen : job->against, both, &job->topology, &job->quality);
-}
-
-qw_status qw_measure(const qw_mesh_view *mesh, const qw_mesh_view *against, const qw_host *host, qw_topology *topology,
-                     qw_quality *quality)
-{
-    return qw_measure_seen(mesh, against, 0, host, topology, quality);
-}
-
-qw_status qw_measure_seen(const qw_mesh_view *mesh, const qw_mesh_view *against, double gap, const qw_host *host,
-                          qw_topology *topology, qw_quality *quality)
-{
-    if (!topology || !quality) return QW_ARGUMENT;
-    measure_job job = {.env = qw_env_create(host, 0), .mesh = mesh, .against = against, .gap = gap};
-    if (!job.env) return QW_MEMORY;
-    qw_status status = qw_protect(job.env, measure_body, &job);
-    if (status == QW_OK) *topology = job.topology, *quality = job.quality;
-    if (status != QW_OK)
-        qw_log(job.env, QW_LOG_WARNING, "%s", qw_env_message(job.env)); /* there is no other place for the sentence */
-    qw_env_destroy(job.env);
-    return status;
 }

@@ -177,6 +177,20 @@ static int64_t flipped_faces(qw_env *env, const qw_surface *from, const qw_surfa
     return count * task.step;
 }
 
+/* By the surface, or by what it is known from else. */
+static int64_t flipped_by(qw_env *env, const qw_surface *out, const qw_surface *in, const qw_mesh_view *against,
+                          const qw_sides *sides, const qw_frame *frame, uint32_t faces, float edge)
+{
+    if (sides && sides->origin) {
+        qw_polygon_edges edges = qw_find_polygon_edges(env, sides->origin);
+        qw_surface origin = qw_surface_make(env, sides->origin, edges.face_begin, frame);
+        if (origin.mesh.face_count > 0) return flipped_faces(env, out, &origin, NULL, faces, edge);
+    }
+    uint8_t *sheets = sides && sides->both ? QW_NEW(env, uint8_t, in->mesh.face_count) : NULL;
+    if (sheets) spread_both(in, against->face_count, sides->both, sheets);
+    return flipped_faces(env, out, in, sheets, faces, edge);
+}
+
 /* ---- sharp edges */
 
 typedef struct curve_sampling {
@@ -268,7 +282,7 @@ static void measure_sharp(qw_env *env, const qw_surface *out, const qw_mesh_view
 }
 
 void qw_measure_distances(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges,
-                          const qw_mesh_view *against, const uint8_t *both, qw_quality *quality)
+                          const qw_mesh_view *against, const qw_sides *sides, qw_quality *quality)
 {
     assert(quality->mean_edge > 0);
     qw_scope_begin(env);
@@ -284,9 +298,7 @@ void qw_measure_distances(qw_env *env, const qw_mesh_view *mesh, const qw_polygo
         quality->chamfer = 0.5 * (there.mean + back.mean) / edge;
         quality->hausdorff_p999 = fmax(there.p999, back.p999) / edge;
         quality->hausdorff = fmax(there.most, back.most) / edge;
-        uint8_t *sheets = both ? QW_NEW(env, uint8_t, in.mesh.face_count) : NULL;
-        if (both) spread_both(&in, against->face_count, both, sheets);
-        quality->flipped_faces = flipped_faces(env, &out, &in, sheets, mesh->face_count, (float)edge);
+        quality->flipped_faces = flipped_by(env, &out, &in, against, sides, &frame, mesh->face_count, (float)edge);
         measure_sharp(env, &out, mesh, edges, &in, against, edge, quality);
         qw_measure_shape(env, mesh, edges, &out, against, &in, frame.scale, quality);
     }

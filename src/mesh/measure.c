@@ -440,7 +440,7 @@ static const qw_quality nothing_measured = {
     .mirror = -1,
 };
 
-void qw_measure_mesh(qw_env *env, const qw_mesh_view *mesh, const qw_mesh_view *against, const uint8_t *both,
+void qw_measure_mesh(qw_env *env, const qw_mesh_view *mesh, const qw_mesh_view *against, const qw_sides *sides,
                      qw_topology *topology, qw_quality *quality)
 {
     assert(topology && quality);
@@ -453,7 +453,7 @@ void qw_measure_mesh(qw_env *env, const qw_mesh_view *mesh, const qw_mesh_view *
         if (topology->quads > 0) measure_corners(env, mesh, &edges, scale, topology->quads, quality);
         else measure_edges(mesh, &edges, scale, quality);
         if (topology->quads > 0) measure_loops(env, mesh, &edges, quality);
-        if (against && quality->mean_edge > 0) qw_measure_distances(env, mesh, &edges, against, both, quality);
+        if (against && quality->mean_edge > 0) qw_measure_distances(env, mesh, &edges, against, sides, quality);
     }
     qw_scope_end(env);
 }

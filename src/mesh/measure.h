@@ -2,14 +2,14 @@
 #ifndef QW_MESH_MEASURE_H
 #define QW_MESH_MEASURE_H
 
-#include "mesh/polygons.h"
+#include "mesh/distance.h"
 
 /* Fills both. against may be NULL: distances and flipped_faces are then negative, as are the figures of quads in a mesh
-   without any. both: uint8_t[against->face_count], 1 on sheets that quads may lie on either side of; may be NULL.
+   without any. sides: may be NULL.
    Non-manifold vertices count as one vertex a fan in euler, and their fans apart in boundary_loops. Lengths are given
    in mean edges of the quads, or of all faces where there is no quad. The same input gives the same figures at any
    thread count. */
-void qw_measure_mesh(qw_env *env, const qw_mesh_view *mesh, const qw_mesh_view *against, const uint8_t *both,
+void qw_measure_mesh(qw_env *env, const qw_mesh_view *mesh, const qw_mesh_view *against, const qw_sides *sides,
                      qw_topology *topology, qw_quality *quality);
 
 #endif
