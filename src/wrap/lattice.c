@@ -40,14 +40,15 @@ qw_wrap_frame qw_wrap_frame_of(qw_env *env, const double low[3], const double hi
 
 /* ---- cells that a triangle meets */
 
-static bool axis_parts(const double p[3][3], const double axis[3], const double half[3])
+/* Of numbers that are none but numbers, without a call. */
+static inline double less(double a, double b) { return a < b ? a : b; }
+static inline double more(double a, double b) { return a > b ? a : b; }
+
+static inline bool axis_parts(const double p[3][3], const double axis[3], const double half[3])
 {
-    double reach = half[0] * fabs(axis[0]) + half[1] * fabs(axis[1]) + half[2] * fabs(axis[2]), low = 0, high = 0;
-    for (int i = 0; i < 3; i++) {
-        double at = p[i][0] * axis[0] + p[i][1] * axis[1] + p[i][2] * axis[2];
-        low = i ? fmin(low, at) : at, high = i ? fmax(high, at) : at;
-    }
-    return low > reach || high < -reach;
+    double reach = half[0] * fabs(axis[0]) + half[1] * fabs(axis[1]) + half[2] * fabs(axis[2]), at[3];
+    for (int i = 0; i < 3; i++) at[i] = p[i][0] * axis[0] + p[i][1] * axis[1] + p[i][2] * axis[2];
+    return less(at[0], less(at[1], at[2])) > reach || more(at[0], more(at[1], at[2])) < -reach;
 }
 
 static void cross(const double a[3], const double b[3], double to[3])
@@ -63,7 +64,7 @@ bool qw_triangle_meets_box(const double p[3][3], const double centre[3], const d
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < 3; k++) q[i][k] = p[i][k] - centre[k];
     for (int k = 0; k < 3; k++) {
-        double low = fmin(q[0][k], fmin(q[1][k], q[2][k])), high = fmax(q[0][k], fmax(q[1][k], q[2][k]));
+        double low = less(q[0][k], less(q[1][k], q[2][k])), high = more(q[0][k], more(q[1][k], q[2][k]));
         if (low > h[k] || high < -h[k]) return false;
     }
     for (int i = 0; i < 3; i++)
@@ -87,10 +88,17 @@ typedef struct marking {
     uint32_t *begin, *list;
 } marking;
 
+/* What is done with cells. */
+typedef struct each {
+    bool (*on)(void *user, const uint32_t at[3]);
+    void *user;
+    const uint8_t *cell; /* of the lattice: those that are QW_CELL_MET are passed over; NULL: none */
+} each;
+
 /* Calls on(user, cell) for each of the cells low <= at < high that the triangle meets: they are halved until they are
  * one. False once `on` was. */
 static bool each_cell(const qw_wrap_frame *f, const double p[3][3], const uint32_t low[3], const uint32_t high[3],
-                      bool (*on)(void *user, const uint32_t at[3]), void *user)
+                      const each *e)
 {
     double centre[3], half[3];
     int longest = 0;
@@ -98,13 +106,15 @@ static bool each_cell(const qw_wrap_frame *f, const double p[3][3], const uint32
         centre[k] = 0.5 * ((double)low[k] + high[k]) * f->side, half[k] = 0.5 * ((double)high[k] - low[k]) * f->side;
         if (high[k] - low[k] > high[longest] - low[longest]) longest = k;
     }
+    bool is_one = high[longest] - low[longest] == 1;
+    if (is_one && e->cell && e->cell[qw_cell_index(f, low[0], low[1], low[2])] == QW_CELL_MET) return true;
     if (!qw_triangle_meets_box(p, centre, half, SLACK * f->side)) return true;
-    if (high[longest] - low[longest] == 1) return on(user, low);
+    if (is_one) return e->on(e->user, low);
     uint32_t middle = (low[longest] + high[longest]) / 2, end[3], begin[3];
     memcpy(end, high, sizeof end), memcpy(begin, low, sizeof begin);
     end[longest] = begin[longest] = middle;
     /* depth: the logarithm of the cells of the box */
-    return each_cell(f, p, low, end, on, user) && each_cell(f, p, begin, high, on, user);
+    return each_cell(f, p, low, end, e) && each_cell(f, p, begin, high, e);
 }
 
 static bool mark(void *user, const uint32_t at[3])
@@ -168,6 +178,7 @@ static void mark_slab(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const marking *m = user;
     const qw_wrap_frame *f = &m->lattice->frame;
+    const each marks = {mark, m->lattice, m->lattice->cell};
     uint32_t first = m->list ? m->begin[block] : 0, last = m->list ? m->begin[block + 1] : m->triangles->count;
     for (uint32_t i = first; i < last; i++) {
         double p[3][3];
@@ -177,7 +188,7 @@ static void mark_slab(void *user, uint32_t block, uint32_t begin, uint32_t end)
         cells_of(f, (const double(*)[3])p, low, high);
         if (low[2] < begin) low[2] = begin;
         if (high[2] > end) high[2] = end;
-        if (low[2] < high[2]) each_cell(f, (const double(*)[3])p, low, high, mark, m->lattice);
+        if (low[2] < high[2]) each_cell(f, (const double(*)[3])p, low, high, &marks);
     }
 }
 
@@ -443,6 +454,6 @@ int qw_triangle_is_seen(const qw_wrap_lattice *l, const double p[3][3])
     uint32_t low[3], high[3];
     looking looks = {.lattice = l};
     cells_of(&l->frame, p, low, high);
-    each_cell(&l->frame, p, low, high, look, &looks);
+    each_cell(&l->frame, p, low, high, &(each){look, &looks, NULL});
     return looks.seen && looks.hidden ? QW_SEEN_PARTLY : looks.seen ? QW_SEEN : QW_HIDDEN;
 }
