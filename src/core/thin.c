@@ -14,10 +14,7 @@
 #include <math.h>
 #include <string.h>
 
-enum {
-    PAIRINGS = 3,
-    MOST_TIMES = 2 /* of the quads that a part is to have: fields make it where it takes more, and count them */
-};
+enum { PAIRINGS = 3 };
 
 static uint32_t farthest_from(const qw_edit *e, uint32_t v)
 {
@@ -126,7 +123,7 @@ qw_quadmesh qw_make_thin(qw_env *env, const qw_trimesh *mesh, const qw_census *c
         qw_break_silence(env);
         qw_trimesh surface = qw_take_part(env, &parts, c);
         if (!qw_make_part(env, &surface, quads[c], INFINITY, QW_DOUBTFUL, &part[count])) continue;
-        if (part[count].face_count > MOST_TIMES * fmax(quads[c], QW_LEAST_SHELL)) continue;
+        if (part[count].face_count > fmax(quads[c], QW_LEAST_SHELL)) continue; /* fields make it, and count */
         for (uint32_t v = 0; v < part[count].vertex_count; v++)
             part[count].component[v] = c, part[count].kind[v] = QW_VERTEX_FREE;
         count++;
