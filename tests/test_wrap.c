@@ -153,8 +153,7 @@ static trial wrap_of(soup s, double share, uint32_t threads)
 static void test_soups(void **unused)
 {
     (void)unused;
-    for (uint64_t seed = 1; seed <= 6; seed++)
-        wrap_of(soup_random(seed, 2 + (int)seed * 2), seed % 2 ? 0.04 : 0.07, 1);
+    for (uint64_t seed = 1; seed <= 6; seed++) wrap_of(soup_random(seed, 2 + (int)seed * 2), seed % 2 ? 0.04 : 0.07, 1);
     wrap_of(soup_of_triangles(1, 200, 0.2), 0.06, 1);
     wrap_of(soup_of_triangles(2, 1000, 0.02), 0.04, 1);
 }
@@ -189,6 +188,27 @@ static void test_clusters(void **unused)
     static const double beside[3] = {1.02, 0, 0};
     soup_box(&slit, beside, 0.5, 0.5, 0.5, 0, 63);
     assert_int_equal(wrap_of(slit, 0.03, 1).w.clusters, 1);
+}
+
+/* How many clusters two boxes are with such a gap between them, in distances; one is wider, so that the cells lie
+ * elsewhere. */
+static int64_t clusters_at_gap(double gap, double wider)
+{
+    const double distance = 0.1, here[3] = {0, 0, 0}, there[3] = {1 + wider + gap * distance, 0, 0};
+    soup s = {0};
+    soup_box(&s, here, 0.5 + wider, 0.5, 0.5, 0, 63), soup_box(&s, there, 0.5, 0.5, 0.5, 0, 63);
+    double across = 2 + 2 * wider + gap * distance;
+    return wrap_of(s, distance / sqrt(across * across + 2), 1).w.clusters;
+}
+
+/* Gaps narrower than the distance are closed wherever the cells lie, those of half as much again stay open. */
+static void test_gaps_close_evenly(void **unused)
+{
+    (void)unused;
+    for (int i = 0; i < 12; i++) {
+        assert_int_equal(clusters_at_gap(0.97, 0.009 * i), 1);
+        assert_int_equal(clusters_at_gap(1.53, 0.009 * i), 2);
+    }
 }
 
 /* Sharp edges of the skin: those whose triangles turn by more than 40 degrees, as a tree. */
@@ -825,6 +845,7 @@ QW_TEST_SUITE(wrap)
         cmocka_unit_test(test_triangles),
         cmocka_unit_test(test_soups),
         cmocka_unit_test(test_clusters),
+        cmocka_unit_test(test_gaps_close_evenly),
         cmocka_unit_test(test_edges),
         cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_memory),
