@@ -8,9 +8,9 @@
 #include "mesh/quadmesh.h"
 #include "mesh/trimesh.h"
 
-/* The closed components that are `thin`, uint8_t[census->components], with about quads[c] quads each. Left out is what
-   could not be made without losing its topology or a flipped quad. component: their numbers in the census. In the
-   current scope. */
+/* The closed components that are `thin`, uint8_t[census->components], with at most quads[c] quads each, or the least
+   that a closed part may have. Left out is what takes more without losing its topology or a flipped quad. component:
+   their numbers in the census. In the current scope. */
 qw_quadmesh qw_make_thin(qw_env *env, const qw_trimesh *mesh, const qw_census *census, const uint8_t *thin,
                          const double *quads);
 
