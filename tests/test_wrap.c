@@ -201,13 +201,13 @@ static int64_t clusters_at_gap(double gap, double wider)
     return wrap_of(s, distance / sqrt(across * across + 2), 1).w.clusters;
 }
 
-/* Gaps narrower than the distance are closed wherever the cells lie, those of half as much again stay open. */
+/* Gaps narrower than one and a half distances are closed wherever the cells lie, those of twice as much stay open. */
 static void test_gaps_close_evenly(void **unused)
 {
     (void)unused;
     for (int i = 0; i < 12; i++) {
-        assert_int_equal(clusters_at_gap(0.97, 0.009 * i), 1);
-        assert_int_equal(clusters_at_gap(1.53, 0.009 * i), 2);
+        assert_int_equal(clusters_at_gap(1.45, 0.009 * i), 1);
+        assert_int_equal(clusters_at_gap(2.05, 0.009 * i), 2);
     }
 }
 

@@ -7,7 +7,7 @@
 #include <string.h>
 
 enum {
-    MARGIN = 3,       /* cells about the box */
+    MARGIN = 4,       /* cells about the box */
     SLAB = 4,         /* layers that one task marks */
     CRUMB = 5,        /* cells: a cluster no larger than that in any direction is a crumb */
     LISTEN = 1 << 16, /* cells between two words to the host */
@@ -329,30 +329,49 @@ static void fill_until_manifold(flood *f)
 
 enum { CELL_REACHED = 3, CELL_COUNTED = 4 }; /* for a while, in the place of outside and of inside */
 
-static void turn_cells(qw_wrap_lattice *l, uint8_t from, uint8_t to)
+/* Whether there were any. */
+static bool turn_cells(qw_wrap_lattice *l, uint8_t from, uint8_t to)
 {
+    bool any = false;
     for (size_t c = 0; c < l->count; c++)
-        if (l->cell[c] == from) l->cell[c] = to;
+        if (l->cell[c] == from) l->cell[c] = to, any = true;
+    return any;
 }
 
-/* Outside cells that are in no cube of 2 x 2 x 2 of them lie in gaps: they are inside. */
-static void close_gaps(qw_env *env, qw_wrap_lattice *l)
+/* The steps to the cells of a ball of three across: a cube without its corners. */
+static int ball_about(const qw_wrap_frame *f, ptrdiff_t ball[19])
 {
-    const size_t x = 1, y = l->frame.cells[0], z = y * l->frame.cells[1];
-    const size_t eight[8] = {0, x, y, x + y, z, x + z, y + z, x + y + z};
-    for (uint32_t k = 0; k + 1 < l->frame.cells[2]; k++) {
+    ptrdiff_t y = f->cells[0], z = y * (ptrdiff_t)f->cells[1];
+    int count = 0;
+    for (int i = 0; i < 27; i++) {
+        int x[3] = {i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1};
+        if (x[0] * x[1] * x[2] == 0) ball[count++] = x[0] + x[1] * y + x[2] * z;
+    }
+    return count;
+}
+
+/* Outside cells that are in no ball of them lie in gaps: they are inside, but for the rim of the lattice. Whether there
+ * were any. */
+static bool close_gaps(qw_env *env, qw_wrap_lattice *l)
+{
+    const uint32_t *across = l->frame.cells;
+    ptrdiff_t ball[19];
+    int count = ball_about(&l->frame, ball);
+    for (uint32_t k = 0; k < across[2]; k++) {
         qw_break_silence(env);
-        for (uint32_t j = 0; j + 1 < l->frame.cells[1]; j++)
-            for (uint32_t i = 0; i + 1 < l->frame.cells[0]; i++) {
+        for (uint32_t j = 0; j < across[1]; j++)
+            for (uint32_t i = 0; i < across[0]; i++) {
                 uint8_t *c = l->cell + qw_cell_index(&l->frame, i, j, k);
-                bool is_wide = true;
-                for (int n = 0; n < 8 && is_wide; n++)
-                    is_wide = c[eight[n]] == QW_CELL_OUTSIDE || c[eight[n]] == CELL_REACHED;
-                for (int n = 0; n < 8 && is_wide; n++) c[eight[n]] = CELL_REACHED;
+                bool is_wide = i > 0 && j > 0 && k > 0 && i + 1 < across[0] && j + 1 < across[1] && k + 1 < across[2];
+                if (!is_wide) *c = CELL_REACHED;
+                for (int n = 0; n < count && is_wide; n++)
+                    is_wide = c[ball[n]] == QW_CELL_OUTSIDE || c[ball[n]] == CELL_REACHED;
+                for (int n = 0; n < count && is_wide; n++) c[ball[n]] = CELL_REACHED;
             }
     }
-    turn_cells(l, QW_CELL_OUTSIDE, QW_CELL_FREE);
+    bool any = turn_cells(l, QW_CELL_OUTSIDE, QW_CELL_FREE);
     turn_cells(l, CELL_REACHED, QW_CELL_OUTSIDE);
+    return any;
 }
 
 /* Outside cells that filling has cut off are inside. */
@@ -402,8 +421,10 @@ qw_wrap_lattice qw_wrap_lattice_fill(qw_env *env, const qw_wrap_frame *frame, co
     flood f = {.env = env, .lattice = &l};
     flood_from(&f, 0, QW_CELL_FREE, QW_CELL_OUTSIDE, extent);
     if (closes) close_gaps(env, &l);
-    fill_until_manifold(&f);
-    reach_again(&f);
+    do { /* ends, as each time there are fewer outside cells */
+        fill_until_manifold(&f);
+        reach_again(&f);
+    } while (closes && close_gaps(env, &l));
     drop_crumbs(&f);
     qw_free(env, f.stack);
     return l;

@@ -1,6 +1,6 @@
 /* The lattice of a wrap: cubic cells about the input, those that the input meets, and those that are reached from
  * outside through cells that it does not meet. What is not outside is inside; gaps narrower than a cell are closed, or
- * than two where that is asked for, and what lies within a shell is inside with it. */
+ * than three where that is asked for, and what lies within a shell is inside with it. */
 #ifndef QW_WRAP_LATTICE_H
 #define QW_WRAP_LATTICE_H
 
@@ -43,7 +43,7 @@ qw_wrap_frame qw_wrap_frame_of(qw_env *env, const double low[3], const double hi
 
 /* Cells that are met, outside and the rest; every cell at the rim is outside, and the boundary of what is outside is a
  * closed manifold of cell faces: no two inside cells touch at an edge or a corner alone, nor do two outside. closes:
- * outside cells that are in no cube of 2 x 2 x 2 of them are inside. In the caller's scope. */
+ * outside cells that are in no ball of three across of them are inside. In the caller's scope. */
 qw_wrap_lattice qw_wrap_lattice_fill(qw_env *env, const qw_wrap_frame *frame, const qw_wrap_triangles *triangles,
                                      bool closes);
 

@@ -81,7 +81,7 @@ static qw_filled fill(qw_env *env, const qw_clean_input *input, double cell, boo
     return f;
 }
 
-/* Cells are half as wide as the gaps, of which two together fit into what stays open. */
+/* Cells are half as wide as the gaps; what stays open has room for three. */
 qw_filled qw_wrap_fill(qw_env *env, const qw_clean_input *input, double distance)
 {
     return fill(env, input, distance / 2, true);
