@@ -327,18 +327,36 @@ static void try_at(const side_task *t, uint32_t v, trial *sum)
     sum->marked += marked;
 }
 
-static bool seems_banded(const side_task *t)
+typedef struct trial_list {
+    const side_task *t;
+    const uint32_t *vertex;
+} trial_list;
+
+static void make_some_patches(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
-    const qw_sides *s = t->s;
-    uint32_t n = s->mesh->vertex_count, rough = 0, seen = 0;
-    for (uint32_t v = 0; v < n; v++) rough += s->rough[v];
-    trial sum = {0};
+    const trial_list *l = user;
     qw_hood hood;
-    for (uint32_t v = 0; v < n && sum.bent < MOST_SEEDS; v++) {
-        if (!s->rough[v] || seen++ % (rough / MOST_TRIED + 1) != 0) continue;
-        s->patch[v] = patch_at(t, v, &hood);
-        if (s->patch[v].spread > QW_BENT) try_at(t, v, &sum);
+    (void)block;
+    for (uint32_t i = begin; i < end; i++) l->t->s->patch[l->vertex[i]] = patch_at(l->t, l->vertex[i], &hood);
+}
+
+static bool seems_banded(qw_env *env, const side_task *t)
+{
+    enum { PART = 256 }; /* are looked at on all threads before what they say is asked for */
+    const qw_sides *s = t->s;
+    uint32_t n = s->mesh->vertex_count, rough = 0, seen = 0, count = 0;
+    for (uint32_t v = 0; v < n; v++) rough += s->rough[v];
+    uint32_t step = rough / MOST_TRIED + 1, *list = QW_NEW(env, uint32_t, rough / step + 1);
+    for (uint32_t v = 0; v < n; v++)
+        if (s->rough[v] && seen++ % step == 0) list[count++] = v;
+    trial sum = {0};
+    for (uint32_t first = 0; first < count && sum.bent < MOST_SEEDS; first += PART) {
+        uint32_t end = count - first < PART ? count : first + PART;
+        qw_parallel(env, end - first, PART / 16, make_some_patches, &(trial_list){t, list + first});
+        for (uint32_t i = first; i < end && sum.bent < MOST_SEEDS; i++)
+            if (s->patch[list[i]].spread > QW_BENT) try_at(t, list[i], &sum);
     }
+    qw_free(env, list);
     return sum.bent > 0 && sum.uneven <= UNEVEN * sum.bent && sum.marked <= MOST_MARKED * sum.bent;
 }
 
@@ -356,7 +374,7 @@ bool qw_find_sides(qw_env *env, const qw_trimesh *mesh, float scale, qw_sides *s
     if (!memchr(sides->rough, 1, n)) return false;
     find_edges(env, &t);
     sides->patch = QW_NEW_ZERO(env, qw_side_plane, n), sides->side = QW_NEW(env, uint32_t, n);
-    if (!seems_banded(&t)) return false;
+    if (!seems_banded(env, &t)) return false;
     t.near = find_near(env, sides);
     qw_parallel(env, n, GRAIN, make_patches, &t);
     qw_parallel(env, n, GRAIN, choose_sides, &t);
