@@ -151,12 +151,13 @@ static uint32_t long_edge(const qw_edit *e, uint32_t f, float longest)
     return best;
 }
 
-/* As many triangles at least as there will be: without longer edges none has more area than that of even sides. */
-static uint32_t fewest_faces(const qw_trimesh *m, float longest, uint32_t most)
+/* About as many triangles as there will be: what is cut in halves at its longest edge has a third, in the mean, of the
+   area that even sides of that length have. */
+static uint32_t expect_faces(const qw_trimesh *m, float longest, uint32_t most)
 {
-    const double whole = sqrt(3.0) / 4 * (double)longest * (double)longest;
+    const double piece = sqrt(3.0) / 12 * (double)longest * (double)longest;
     double count = 0;
-    for (uint32_t f = 0; f < m->face_count; f++) count += fmax(1, 0.5 * (double)qw_length(qw_face_cross(m, f)) / whole);
+    for (uint32_t f = 0; f < m->face_count; f++) count += fmax(1, 0.5 * (double)qw_length(qw_face_cross(m, f)) / piece);
     return (uint32_t)fmin(count, most);
 }
 
@@ -167,7 +168,7 @@ qw_trimesh qw_without_long_edges(qw_env *env, const qw_trimesh *m, float longest
     qw_scope_begin(env);
     const float *target = QW_NEW_ZERO(env, float, m->vertex_count);
     qw_edit e = qw_edit_open(env, m, target, qw_trimesh_outgoing(env, m));
-    qw_edit_reserve(&e, fewest_faces(m, longest, most));
+    qw_edit_reserve(&e, expect_faces(m, longest, most));
     for (uint32_t f = 0; f < e.face_count && e.face_count < most; f++) {
         uint32_t h;
         if (f % 256 == 0) qw_break_silence(env);
