@@ -1,5 +1,6 @@
 #include "atlas/charts.h"
 
+#include "base/lanes.h"
 #include "math/elementary.h"
 #include "math/vec.h"
 
@@ -10,7 +11,9 @@ enum {
     RIGID_STEPS = 4,  /* of a trial: the parts lie flat before, and only what lies between them has to give way */
     FIRST_STEPS = 6,  /* of a patch by itself, from the circle */
     LOWER_STEPS = 40, /* where those leave inverted triangles, and at the end */
-    GRID_BITS = 23    /* exact tests see the root of the surface's area as so many bits: finer than what is written */
+    MOST_LANE_BYTES = 1 << 26,
+    LANE_BYTES = 1024, /* a face, of the memory in which two charts are laid flat on a thread */
+    GRID_BITS = 23     /* exact tests see the root of the surface's area as so many bits: finer than what is written */
 };
 static const double MOST_OF_ONE = 3; /* a triangle may be stretched so much more than the mean of its chart */
 static const double CRUMB = 0.003;   /* of the surface: what is smaller packs anyhow */
@@ -33,6 +36,15 @@ typedef struct candidate {
     uint32_t first, length; /* seams of a: from this one on along its boundary */
 } candidate;
 
+/* What came of looking whether two charts can be joined. */
+typedef struct attempt {
+    candidate c;
+    uint32_t *path, length; /* uint32_t[length]: seams that go; NULL: they cannot */
+    double (*uv)[2];        /* double[corners of both][2] */
+    uint32_t trials;
+    bool is_known;
+} attempt;
+
 typedef struct maker {
     qw_env *env;
     qw_atlas_mesh *m;
@@ -48,6 +60,9 @@ typedef struct maker {
     candidate *heap;
     uint32_t held;
     size_t capacity;
+    qw_lane *lane;
+    uint32_t lanes;               /* 0: candidates are looked at one by one */
+    attempt ahead[QW_MOST_LANES]; /* what was looked at together, in the memory of the run */
 } maker;
 
 /* ---- a queue by keys */
@@ -146,7 +161,7 @@ static void lay_stub(maker *k, qw_chart *c)
 }
 
 /* Turns and shifts the coordinates of chart b so that seams fit those of a, as least squares. */
-static void align(maker *k, const uint32_t *path, uint32_t length, double turn[2], double shift[2])
+static void align(const maker *k, const uint32_t *path, uint32_t length, double turn[2], double shift[2])
 {
     double pa[2] = {0, 0}, pb[2] = {0, 0}, dot = 0, cross = 0, n = 0;
     for (int pass = 0; pass < 2; pass++) {
@@ -172,9 +187,10 @@ static void align(maker *k, const uint32_t *path, uint32_t length, double turn[2
 }
 
 /* Coordinates to begin with: those of a, and of b as it was aligned; the mean where they meet. */
-static void begin_at(maker *k, qw_flat *t, uint32_t of_a, const double turn[2], const double shift[2])
+static void begin_at(const maker *k, qw_env *env, qw_flat *t, uint32_t of_a, const double turn[2],
+                     const double shift[2])
 {
-    uint32_t *n = QW_NEW_ZERO(k->env, uint32_t, t->vertex_count);
+    uint32_t *n = QW_NEW_ZERO(env, uint32_t, t->vertex_count);
     for (uint32_t i = 0; i < t->corner_count; i++) {
         const double *p = k->made.uv[t->place[i]];
         double x = p[0], y = p[1];
@@ -182,75 +198,100 @@ static void begin_at(maker *k, qw_flat *t, uint32_t of_a, const double turn[2], 
         t->at[t->vertex[i]][0] += x, t->at[t->vertex[i]][1] += y, n[t->vertex[i]]++;
     }
     for (uint32_t v = 0; v < t->vertex_count; v++) t->at[v][0] /= n[v], t->at[v][1] /= n[v];
-    qw_free(k->env, n);
+    qw_free(env, n);
 }
 
-static void set_path(maker *k, const uint32_t *path, uint32_t length, uint8_t is_seam)
+static void set_path(const maker *k, const uint32_t *path, uint32_t length, uint8_t is_seam)
 {
     for (uint32_t i = 0; i < length; i++) qw_set_seam(k->m, path[i], is_seam);
 }
 
 /* Seams of a candidate's path; with `all`, all between its charts, which may lie apart: what they make has holes then.
    uint32_t[]. */
-static uint32_t *seams_of(maker *k, const candidate *c, bool all, uint32_t *length)
+static uint32_t *seams_of(const maker *k, qw_env *env, const candidate *c, bool all, uint32_t *length)
 {
     const qw_atlas_mesh *m = k->m;
     uint32_t *path = NULL, h = c->first;
     *length = 0;
     size_t room = 0;
     for (uint32_t i = 0; i < c->length && !all; i++, h = qw_next_seam(m, h)) {
-        path = qw_grow(k->env, path, &room, i + (size_t)1, sizeof *path);
+        path = qw_grow(env, path, &room, i + (size_t)1, sizeof *path);
         path[(*length)++] = h;
     }
     const qw_chart *a = &k->made.chart[c->a];
     for (uint32_t i = 0; i < a->count && all; i++)
         for (h = m->begin[a->face[i]]; h < m->begin[a->face[i] + 1]; h++) {
             if (!m->seam[h] || m->wall[h] || k->chart_of[m->face[m->twin[h]]] != c->b) continue;
-            path = qw_grow(k->env, path, &room, *length + (size_t)1, sizeof *path);
+            path = qw_grow(env, path, &room, *length + (size_t)1, sizeof *path);
             path[(*length)++] = h;
         }
     return path;
 }
 
-/* Joins the charts of a candidate along such seams where what they make lies flat fairly; the seams and the coordinates
-   are as before where not. */
-static bool join_along(maker *k, const candidate *c, const uint32_t *path, uint32_t length)
+/* double[corners of the two charts][2]: their coordinates where, joined along such seams, they lie flat fairly; NULL:
+   they do not. Nothing changes but the seams, which are back in the end: charts that share none may be looked at on
+   other threads. */
+static double (*lie_together(const maker *k, qw_env *env, const candidate *c, const uint32_t *path, uint32_t length))[2]
 {
     const qw_chart *a = &k->made.chart[c->a], *b = &k->made.chart[c->b];
-    double turn[2], shift[2];
-    qw_scope_begin(k->env);
-    uint32_t *face = QW_NEW(k->env, uint32_t, a->count + (size_t)b->count), of_a = 0;
+    double turn[2], shift[2], (*uv)[2] = NULL;
+    qw_scope_begin(env);
+    uint32_t *face = QW_NEW(env, uint32_t, a->count + (size_t)b->count), of_a = 0;
     memcpy(face, a->face, a->count * sizeof *face), memcpy(face + a->count, b->face, b->count * sizeof *face);
     for (uint32_t i = 0; i < a->count; i++) of_a += k->m->begin[face[i] + 1] - k->m->begin[face[i]];
     align(k, path, length, turn, shift);
     set_path(k, path, length, 0);
-    qw_flat t = qw_flat_of(k->env, k->m, face, a->count + b->count, k->local);
+    qw_flat t = qw_flat_of(env, k->m, face, a->count + b->count, k->local);
     bool good = qw_flat_is_planar(&t);
     if (good) {
-        begin_at(k, &t, of_a, turn, shift);
-        qw_flat_rigid(k->env, &t, RIGID_STEPS);
-        good = is_fair(k, &t) && qw_flat_is_simple(k->env, &t, grid_of(k, &t));
+        begin_at(k, env, &t, of_a, turn, shift);
+        qw_flat_rigid(env, &t, RIGID_STEPS);
+        good = is_fair(k, &t) && qw_flat_is_simple(env, &t, grid_of(k, &t));
     }
-    if (good) keep_uv(k, &t);
-    else set_path(k, path, length, 1);
-    k->made.trials++;
-    qw_scope_end(k->env);
-    return good;
+    if (good) {
+        uv = qw_alloc(env, t.corner_count, sizeof *uv);
+        for (uint32_t i = 0; i < t.corner_count; i++) memcpy(uv[i], t.at[t.vertex[i]], sizeof *uv);
+        qw_keep(env, uv);
+    }
+    set_path(k, path, length, 1);
+    qw_scope_end(env);
+    return uv;
 }
 
-/* Along all seams between them, else along the path alone. The seams that went: uint32_t[*length], the
-   caller's; NULL: none did. */
-static uint32_t *try_join(maker *k, const candidate *c, uint32_t *length)
+/* Looks whether the charts of t->c can be joined: along all seams between them, else along the path alone. */
+static void look(const maker *k, qw_env *env, attempt *t)
 {
-    uint32_t *path = seams_of(k, c, true, length);
-    if (join_along(k, c, path, *length)) return path;
-    bool is_all = *length == c->length;
-    qw_free(k->env, path);
-    if (is_all) return NULL;
-    path = seams_of(k, c, false, length);
-    if (join_along(k, c, path, *length)) return path;
-    qw_free(k->env, path);
-    return NULL;
+    for (int all = 1; all >= 0; all--) {
+        t->path = seams_of(k, env, &t->c, all, &t->length);
+        t->uv = lie_together(k, env, &t->c, t->path, t->length);
+        t->trials++;
+        if (t->uv) return;
+        bool is_all = t->length == t->c.length;
+        qw_free(env, t->path), t->path = NULL;
+        if (is_all) return;
+    }
+}
+
+/* Takes the coordinates of two charts that lie flat together, and the seams between them away. */
+static void take_together(maker *k, const candidate *c, const uint32_t *path, uint32_t length, const double (*uv)[2])
+{
+    uint32_t n = 0;
+    set_path(k, path, length, 0);
+    for (int side = 0; side < 2; side++) {
+        const qw_chart *of = &k->made.chart[side ? c->b : c->a];
+        for (uint32_t i = 0; i < of->count; i++)
+            for (uint32_t e = k->m->begin[of->face[i]]; e < k->m->begin[of->face[i] + 1]; e++)
+                memcpy(k->made.uv[e], uv[n++], sizeof *uv);
+    }
+}
+
+static bool join_along(maker *k, const candidate *c, const uint32_t *path, uint32_t length)
+{
+    double(*uv)[2] = lie_together(k, k->env, c, path, length);
+    k->made.trials++;
+    if (uv) take_together(k, c, path, length, (const double(*)[2])uv);
+    qw_free(k->env, uv);
+    return uv != NULL;
 }
 
 /* ---- candidates */
@@ -442,20 +483,142 @@ static double (*copy_uv(maker *k, const candidate *c))[2]
     return uv;
 }
 
+/* ---- on threads: the candidates that would come next, of other charts, are looked at beside the first */
+
+static void forget(maker *k, attempt *t)
+{
+    qw_free(k->env, t->uv), qw_free(k->env, t->path);
+    *t = (attempt){0};
+}
+
+static bool is_open(const maker *k, const candidate *c)
+{
+    return k->made.chart[c->a].stamp == c->stamp_a && k->made.chart[c->b].stamp == c->stamp_b &&
+           !was_refused(k, c->a, c->b);
+}
+
+/* Candidates for the lanes: the first, and of those that follow in the queue some that share no chart with others.
+   Returns how many. */
+static uint32_t choose_ahead(maker *k, const candidate *first)
+{
+    enum { MOST_PASSED = 8 };
+    candidate passed[MOST_PASSED];
+    uint32_t count = 0, taken = 0;
+    k->ahead[count++].c = *first;
+    while (count < k->lanes && taken < MOST_PASSED && k->held > 0) {
+        candidate c = passed[taken++] = pop(k);
+        bool is_apart = is_open(k, &c);
+        for (uint32_t i = 0; i < count; i++) {
+            const candidate *o = &k->ahead[i].c;
+            is_apart = is_apart && c.a != o->a && c.a != o->b && c.b != o->a && c.b != o->b;
+        }
+        if (is_apart) k->ahead[count++].c = c;
+    }
+    while (taken > 0) push(k, passed[--taken]);
+    return count;
+}
+
+typedef struct look_call {
+    const maker *k;
+    qw_env *env;
+    attempt *t;
+} look_call;
+
+static void look_body(void *user)
+{
+    look_call *call = user;
+    look(call->k, call->env, call->t);
+}
+
+static void look_in_lanes(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    maker *k = user;
+    (void)block;
+    for (uint32_t i = begin; i < end; i++) {
+        look_call call = {k, k->lane[i].env, &k->ahead[i]};
+        if (!call.env) continue;
+        qw_scope_begin(call.env);
+        k->ahead[i].is_known = qw_protect(call.env, look_body, &call) == QW_OK;
+    }
+}
+
+/* A lane that had no room has left the seams of its two charts as they were just then: 2 where the rim was being walked
+   along, none between the two. */
+static void mend_seams(const maker *k, const candidate *c)
+{
+    const qw_atlas_mesh *m = k->m;
+    for (int side = 0; side < 2; side++) {
+        const qw_chart *of = &k->made.chart[side ? c->b : c->a];
+        for (uint32_t i = 0; i < of->count; i++)
+            for (uint32_t e = m->begin[of->face[i]]; e < m->begin[of->face[i] + 1]; e++) {
+                uint32_t w = m->twin[e];
+                if (m->seam[e] || (w != QW_NONE && k->chart_of[m->face[w]] != k->chart_of[of->face[i]])) m->seam[e] = 1;
+            }
+    }
+}
+
+/* What a lane has found, in the memory of the run. */
+static void take_over(maker *k, uint32_t i)
+{
+    attempt *t = &k->ahead[i], found = *t;
+    uint32_t corners = 0;
+    t->path = NULL, t->uv = NULL;
+    if (!found.is_known) mend_seams(k, &t->c);
+    if (found.is_known && found.path) {
+        for (int side = 0; side < 2; side++) {
+            const qw_chart *of = &k->made.chart[side ? t->c.b : t->c.a];
+            for (uint32_t f = 0; f < of->count; f++) corners += k->m->begin[of->face[f] + 1] - k->m->begin[of->face[f]];
+        }
+        t->path = QW_NEW(k->env, uint32_t, t->length), t->uv = qw_alloc(k->env, corners, sizeof *t->uv);
+        memcpy(t->path, found.path, t->length * sizeof *t->path), memcpy(t->uv, found.uv, corners * sizeof *t->uv);
+    }
+    if (k->lane[i].env) qw_scope_end(k->lane[i].env);
+}
+
+static bool is_of(const attempt *t, const candidate *c)
+{
+    return t->is_known && t->c.a == c->a && t->c.b == c->b && t->c.stamp_a == c->stamp_a &&
+           t->c.stamp_b == c->stamp_b && t->c.first == c->first && t->c.length == c->length;
+}
+
+/* What there is to know of a candidate; the caller forgets it. */
+static attempt look_at(maker *k, const candidate *c)
+{
+    attempt own = {.c = *c};
+    for (int round = 0; round < 2 && k->lanes > 0; round++) {
+        for (uint32_t i = 0; i < k->lanes; i++) {
+            if (!is_of(&k->ahead[i], c)) continue;
+            own = k->ahead[i], k->ahead[i] = (attempt){0};
+            return own;
+        }
+        if (round == 1) break;
+        for (uint32_t i = 0; i < k->lanes; i++) forget(k, &k->ahead[i]);
+        uint32_t count = choose_ahead(k, c);
+        if (count == 1) break;
+        qw_parallel(k->env, count, 1, look_in_lanes, k);
+        for (uint32_t i = 0; i < count; i++) take_over(k, i);
+    }
+    look(k, k->env, &own);
+    return own;
+}
+
+/* ---- joins */
+
 /* Joins the charts of a candidate, and on a symmetric surface those that lie opposite too, or none. */
 static bool make_join(maker *k, const candidate *c)
 {
-    uint32_t of_a = k->made.chart[c->a].count, of_b = k->made.chart[c->b].count, length;
-    bool is_twice = has_opposite(k, c), good;
+    uint32_t of_a = k->made.chart[c->a].count, of_b = k->made.chart[c->b].count;
+    bool is_twice = has_opposite(k, c);
     double(*uv)[2] = is_twice ? copy_uv(k, c) : NULL;
-    uint32_t *path = try_join(k, c, &length);
-    good = path != NULL;
-    if (good) join(k, c->a, c->b);
+    attempt t = look_at(k, c);
+    bool good = t.path != NULL;
+    k->made.trials += t.trials;
+    if (good) take_together(k, c, t.path, t.length, (const double(*)[2])t.uv), join(k, c->a, c->b);
     if (good && is_twice) {
-        good = join_opposite(k, path, length);
-        if (!good) part(k, c, path, length, of_a, of_b, (const double(*)[2])uv);
+        good = join_opposite(k, t.path, t.length);
+        if (!good) part(k, c, t.path, t.length, of_a, of_b, (const double(*)[2])uv);
     }
-    qw_free(k->env, uv), qw_free(k->env, path);
+    forget(k, &t), qw_free(k->env, uv);
     return good;
 }
 
@@ -464,8 +627,7 @@ static void join_all(maker *k)
     for (uint32_t a = 0; a < k->made.count; a++) offer_all(k, a);
     while (k->held > 0) {
         candidate c = pop(k);
-        if (k->made.chart[c.a].stamp != c.stamp_a || k->made.chart[c.b].stamp != c.stamp_b) continue;
-        if (was_refused(k, c.a, c.b) || k->joins_left == 0) continue;
+        if (!is_open(k, &c) || k->joins_left == 0) continue;
         if (make_join(k, &c)) {
             k->joins_left--;
             offer_all(k, c.a);
@@ -474,6 +636,7 @@ static void join_all(maker *k)
         refuse(k, c.a, c.b);
         refuse(k, c.b, c.a);
     }
+    for (uint32_t i = 0; i < k->lanes; i++) forget(k, &k->ahead[i]); /* bounds may be others next time */
 }
 
 /* ---- patches */
@@ -677,6 +840,9 @@ qw_charts_made qw_make_charts(qw_env *env, qw_atlas_mesh *mesh, double most_stre
         .env = env, .m = mesh, .most_stretch = most_stretch, .weight = weight, .mirror = mirror, .bounds = levels[0]};
     k.made.uv = qw_alloc_zero(env, mesh->corner_count, sizeof *k.made.uv);
     k.local = QW_NEW(env, uint32_t, mesh->corner_count);
+    uint32_t threads = qw_env_threads(env);
+    k.lanes = threads == 1 ? 0 : threads < QW_MOST_LANES ? threads : QW_MOST_LANES;
+    k.lane = qw_lanes_begin(env, k.lanes, (size_t)fmin(LANE_BYTES * (mesh->face_count + 100.0), MOST_LANE_BYTES));
     qw_cut_patches(env, mesh);
     for (uint32_t f = 0; f < mesh->face_count; f++) k.total += face_area(mesh, f);
     mesh->least = 1e-5 * sqrt(k.total); /* some steps of the grid on which coordinates are written */
@@ -684,6 +850,7 @@ qw_charts_made qw_make_charts(qw_env *env, qw_atlas_mesh *mesh, double most_stre
     k.made.patches = k.made.count;
     qw_progress_work(env, PATCHES_LAID);
     join_at_levels(&k, trial, user);
+    qw_lanes_end(k.lane, k.lanes);
     qw_free(env, k.heap), qw_free(env, k.local), qw_free(env, k.chart_of);
     return k.made;
 }
