@@ -434,7 +434,8 @@ static void place_masks(void *user)
             x = qw_board_place(&board, run, runs, 3, to, y);
             assert_int_equal(x, want <= to ? want : QW_NONE);
             if (x == QW_NONE) continue;
-            qw_mask_stamp(&tile, &m, x, y, true), qw_board_stamp(&board, &m, x, y);
+            qw_mask_stamp(&tile, &m, x, y, true);
+            qw_board_stamp(&board, &m, x, y, 1 + MOST / (1 + ((uint32_t)i + 1) / 4)); /* masks become narrower */
             placed++;
         }
     }

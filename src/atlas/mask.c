@@ -147,16 +147,18 @@ static void grow_row(const uint64_t *row, uint32_t words, uint32_t by, uint64_t 
     for (uint32_t w = left + 1; w < words; w++) to[w] = row[w];
 }
 
-void qw_board_stamp(qw_board *b, const qw_mask *m, uint32_t x, uint32_t y)
+void qw_board_stamp(qw_board *b, const qw_mask *m, uint32_t x, uint32_t y, uint32_t longest)
 {
+    uint32_t levels = 32 - (uint32_t)__builtin_clz(longest | 1);
+    if (levels > b->levels) levels = b->levels;
     assert(y + m->down <= b->rows);
     for (uint32_t r = 0; r < m->down; r++) {
         uint64_t *row = b->row + (size_t)(y + r) * b->words * b->levels;
         stamp_row(row, m->row + (size_t)r * m->words, m->words, x, true);
-        for (uint32_t k = 1; k < b->levels; k++, row += b->words)
-            grow_row(row, b->words, 1u << (k - 1), row + b->words);
-        row -= (size_t)(b->levels - 1) * b->words;
+        for (uint32_t k = 1; k < levels; k++, row += b->words) grow_row(row, b->words, 1u << (k - 1), row + b->words);
+        row -= (size_t)(levels - 1) * b->words;
         uint8_t *room = &b->room[y + r];
+        if (*room >= levels) *room = (uint8_t)(levels - 1);
         while (*room > 0 && is_full(row + (size_t)*room * b->words, b->across - (1u << *room) + 1)) --*room;
     }
     if (b->used < y + m->down) b->used = y + m->down;

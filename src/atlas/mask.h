@@ -45,7 +45,8 @@ typedef struct qw_board {
 /* across: cells of a row; runs are no longer. In the caller's scope. */
 qw_board qw_board_of(qw_env *env, uint32_t across, uint32_t rows);
 void qw_board_clear(qw_board *b);
-void qw_board_stamp(qw_board *b, const qw_mask *m, uint32_t x, uint32_t y);
+/* longest: no run that is placed later is longer. */
+void qw_board_stamp(qw_board *b, const qw_mask *m, uint32_t x, uint32_t y, uint32_t longest);
 /* The first x of from .. to at which the mask of these runs, its lower corner in row y, meets nothing; QW_NONE: none.
  */
 uint32_t qw_board_place(const qw_board *b, const qw_mask_run *run, uint32_t count, uint32_t from, uint32_t to,

@@ -34,12 +34,13 @@ typedef struct spot {
 
 /* An order, and what came of it. */
 typedef struct attempt {
-    uint32_t *order; /* uint32_t[count] */
-    uint8_t *turn;   /* uint8_t[count]: quarters of each piece, or ANY_TURN */
-    spot *at;        /* spot[count] */
-    uint32_t kept;   /* so many, the first in the order, lie where `at` says: as in an attempt that was placed before */
-    qw_board board;  /* the tiles, one above the other; the last is twice as high */
-    uint32_t top;    /* in the last tile; UINT32_MAX: not all were placed */
+    uint32_t *order;   /* uint32_t[count] */
+    uint8_t *turn;     /* uint8_t[count]: quarters of each piece, or ANY_TURN */
+    spot *at;          /* spot[count] */
+    uint32_t *longest; /* uint32_t[count + 1]: the longest run of those that follow in the order, itself included */
+    uint32_t kept;  /* so many, the first in the order, lie where `at` says: as in an attempt that was placed before */
+    qw_board board; /* the tiles, one above the other; the last is twice as high */
+    uint32_t top;   /* in the last tile; UINT32_MAX: not all were placed */
 } attempt;
 
 typedef struct packer {
@@ -156,10 +157,11 @@ static bool find_spot(const packer *k, const attempt *a, uint32_t i, uint32_t ti
     return false;
 }
 
-/* is_known: it lies where a->at says. */
-static bool place_one(const packer *k, attempt *a, uint32_t i, bool is_known)
+/* The n-th of the order. */
+static bool place_one(const packer *k, attempt *a, uint32_t n)
 {
-    bool found = is_known;
+    uint32_t i = a->order[n];
+    bool found = n < a->kept;
     for (uint32_t tile = 0; tile < k->tiles && !found; tile++)
         for (uint32_t quarters = 0; quarters < 4; quarters++) {
             spot here;
@@ -170,18 +172,33 @@ static bool place_one(const packer *k, attempt *a, uint32_t i, bool is_known)
         }
     if (!found) return false;
     const spot *s = &a->at[i];
-    qw_board_stamp(&a->board, &k->thin[4 * i + s->quarters], s->x, s->tile * k->stride + s->y);
+    qw_board_stamp(&a->board, &k->thin[4 * i + s->quarters], s->x, s->tile * k->stride + s->y, a->longest[n + 1]);
     if (s->tile + 1 == k->tiles && s->top > a->top) a->top = s->top;
     return true;
+}
+
+/* In any of its turns. */
+static uint32_t longest_run(const packer *k, uint32_t i)
+{
+    uint32_t longest = 0;
+    for (uint32_t q = 4 * i; q < 4 * i + 4; q++) { /* each has its longest first */
+        uint32_t here = k->first_run[q] < k->first_run[q + 1] ? k->run[k->first_run[q]].length : 0;
+        longest = here > longest ? here : longest;
+    }
+    return longest;
 }
 
 /* Places all; given up where the top is already above that of the best. */
 static void place_all(const packer *k, attempt *a)
 {
     qw_board_clear(&a->board);
-    a->top = 0;
+    a->top = 0, a->longest[k->count] = 0;
+    for (uint32_t n = k->count; n-- > 0;) {
+        uint32_t own = longest_run(k, a->order[n]);
+        a->longest[n] = own > a->longest[n + 1] ? own : a->longest[n + 1];
+    }
     for (uint32_t i = 0; i < k->count; i++)
-        if (!place_one(k, a, a->order[i], i < a->kept) || a->top > k->best.top) {
+        if (!place_one(k, a, i) || a->top > k->best.top) {
             a->top = UINT32_MAX;
             return;
         }
@@ -200,7 +217,7 @@ static attempt make_attempt(packer *k)
 {
     attempt a = {.top = UINT32_MAX};
     a.order = QW_NEW(k->env, uint32_t, k->count), a.turn = QW_NEW(k->env, uint8_t, k->count);
-    a.at = QW_NEW_ZERO(k->env, spot, k->count);
+    a.at = QW_NEW_ZERO(k->env, spot, k->count), a.longest = QW_NEW(k->env, uint32_t, k->count + (size_t)1);
     return a;
 }
 
