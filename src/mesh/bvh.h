@@ -46,7 +46,7 @@ typedef struct qw_bvh_query {
     float enough2; /* squared: what is nearer than this need not be the nearest; 0: it must */
 } qw_bvh_query;
 /* The faces that meet a ball, for many queries in one place. */
-enum { QW_POCKET_SIZE = 96 };
+enum { QW_POCKET_SIZE = 192 };
 typedef struct qw_bvh_pocket {
     qw_vec3 centre;
     float radius; /* 0: the ball meets more faces than there is room for; queries go through the tree then */
