@@ -5,7 +5,6 @@
 
 #include <string.h>
 
-enum { GRAIN = 256 };
 static const float LIFT = 1e-4f;      /* of the rays above the surface; the box is about 1 wide */
 static const double LEAST_OPEN = 0.2; /* what a vertex counts that nobody sees */
 
@@ -76,7 +75,7 @@ double *qw_seam_weights(qw_env *env, const qw_atlas_mesh *m)
     for (uint32_t v = 0; v < m->vertex_count; v++) of_vertex[v] = qw_normalize(of_vertex[v]);
     seer s = {.bvh = qw_bvh_build(env, &t), .mesh = &t, .normal = of_vertex, .rays = qw_begin_open_rays()};
     s.open = QW_NEW(env, float, m->vertex_count);
-    qw_parallel(env, m->vertex_count, GRAIN, look, &s);
+    qw_parallel(env, m->vertex_count, QW_GRAIN_HEAVY, look, &s);
     for (uint32_t c = 0; c < m->corner_count; c++) {
         double open = 0.5 * ((double)s.open[m->corner[c]] + (double)s.open[m->corner[qw_atlas_next(m, c)]]);
         double l = qw_atlas_edge_length(m, c);

@@ -5,7 +5,6 @@
 
 #include <assert.h>
 
-enum { GRAIN = 256 };
 /* The mean of the crosses at the corners of a triangle says nothing where it is shorter than this: around a
  * singularity. */
 static const float LEAST_MEAN = 0.05f;
@@ -118,7 +117,7 @@ qw_vec3 *qw_crosses_at_points(qw_env *env, const qw_source *source, qw_domain do
     qw_vec3 *taken = QW_NEW(env, qw_vec3, count), *of_vertices = NULL;
     if (domain == QW_PER_VERTEX) of_vertices = input_normals(env, source);
     taking t = {source, domain, field, point, normal, of_vertices, reach, taken};
-    qw_parallel(env, count, GRAIN, take_block, &t);
+    qw_parallel(env, count, QW_GRAIN_HEAVY, take_block, &t);
     qw_free(env, of_vertices);
     return taken;
 }
@@ -227,7 +226,7 @@ qw_vec3 *qw_crosses_of_elements(qw_env *env, const qw_source *source, qw_domain 
         normal[e] = qw_normalize(normal[e]);
     }
     telling t = {crosses, qw_bvh_build(env, crosses->mesh), point, normal, reach, told};
-    qw_parallel(env, count, GRAIN, tell_block, &t);
+    qw_parallel(env, count, QW_GRAIN_HEAVY, tell_block, &t);
     qw_scope_end(env);
     return told;
 }

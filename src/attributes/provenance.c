@@ -12,8 +12,6 @@ static const float INWARD = 0.01f;
  * their distance: for surfaces that leave the quads by less. What is farther off is found too, but more slowly. */
 static const float POCKET_REACH = 1.15f;
 
-enum { GRAIN = 256 }; /* quads */
-
 typedef struct search {
     const qw_source *source;
     const qw_quadmesh *quads;
@@ -184,9 +182,9 @@ qw_origins qw_find_origins(qw_env *env, const qw_source *source, const qw_quadme
     set_reach(&s);
     lose_all(&s);
     for (size_t h = 0; h < 4 * faces; h++) s.home[quads->corner[h]] = (uint32_t)(h / 4);
-    qw_parallel(env, quads->face_count, GRAIN, find_quads, &s);
+    qw_parallel(env, quads->face_count, QW_GRAIN_HEAVY, find_quads, &s);
     if (choose_components(env, source, quads, &o, o.component))
-        qw_parallel(env, quads->face_count, GRAIN, find_quads, &s);
+        qw_parallel(env, quads->face_count, QW_GRAIN_HEAVY, find_quads, &s);
     help_each_other(env, &s);
     count_lost(&s, &o);
     qw_scope_end(env);

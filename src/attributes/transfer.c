@@ -11,9 +11,7 @@
 enum {
     MOST_PARCELS = 16, /* elements that one is blended of: three corners, or neighbours */
     MOST_PAIRS = MOST_PARCELS * QW_MOST_COMPONENTS,
-    SAMPLES = QW_SAMPLES * QW_SAMPLES,
-    FACE_GRAIN = 256, /* elements that one thread blends at a time: faces look for their samples */
-    POINT_GRAIN = 4096
+    SAMPLES = QW_SAMPLES * QW_SAMPLES
 };
 #define NOT_SAMPLED (QW_NONE - 1)
 
@@ -382,7 +380,7 @@ static void blend_block(void *user, uint32_t block, uint32_t begin, uint32_t end
 
 static void blend_all(carriage *c, const qw_source_point *points)
 {
-    uint32_t grain = c->out.domain == QW_PER_FACE ? FACE_GRAIN : POINT_GRAIN,
+    uint32_t grain = c->out.domain == QW_PER_FACE ? QW_GRAIN_HEAVY : QW_GRAIN_LIGHT,
              blocks = qw_block_count(c->out.count, grain);
     blending b = {c, points, QW_NEW(c->env, uint32_t, blocks)};
     qw_parallel(c->env, c->out.count, grain, blend_block, &b);

@@ -4,10 +4,10 @@
 
 #include <string.h>
 
-static const float CAGE_MORE = 1.25f;    /* of the distance that was found */
-static const float CAGE_LEAST = 0.02f;   /* edges: a cage is never thinner */
-static const float CAGE_MOST = 2;        /* longest edges at the vertex */
-enum { MOST_CROSSED = 8, GRAIN = 1024 }; /* faces that a ray passes as they look away; points a block */
+static const float CAGE_MORE = 1.25f;  /* of the distance that was found */
+static const float CAGE_LEAST = 0.02f; /* edges: a cage is never thinner */
+static const float CAGE_MOST = 2;      /* longest edges at the vertex */
+enum { MOST_CROSSED = 8 };             /* faces that a ray passes as they look away */
 
 static qw_vec3 vector_at(const float *v) { return qw_v3(v[0], v[1], v[2]); }
 
@@ -178,9 +178,9 @@ static void measure_faces(qw_env *env, const qw_bake_target *t, const qw_source 
     uint32_t most = source->mesh.vertex_count > t->triangle_count ? source->mesh.vertex_count : t->triangle_count;
     s.bvh = qw_bvh_build(env, &mesh), s.normal = source_normals(env, source);
     s.distance = QW_NEW(env, float, most), s.near = QW_NEW(env, uint32_t, most);
-    qw_parallel(env, t->triangle_count, GRAIN, search_from_target, &s);
+    qw_parallel(env, t->triangle_count, QW_GRAIN, search_from_target, &s);
     for (uint32_t f = 0; f < t->triangle_count; f++) apart[t->face[f]] = fmaxf(apart[t->face[f]], s.distance[f]);
-    qw_parallel(env, source->mesh.vertex_count, GRAIN, search_from_source, &s);
+    qw_parallel(env, source->mesh.vertex_count, QW_GRAIN, search_from_source, &s);
     for (uint32_t v = 0; v < source->mesh.vertex_count; v++) {
         if (s.near[v] == QW_NONE) continue;
         uint32_t f = t->face[s.near[v]];

@@ -56,7 +56,6 @@ static void find_some_normals(void *user, uint32_t block, uint32_t begin, uint32
 
 static void find_normals(qw_env *env, qw_look *l)
 {
-    enum { GRAIN = 4096 };
     const qw_trimesh *m = &l->source->mesh;
     uint32_t *first = QW_NEW_ZERO(env, uint32_t, m->vertex_count + (size_t)2);
     uint32_t *corner = QW_NEW(env, uint32_t, 3 * (size_t)m->face_count);
@@ -64,8 +63,8 @@ static void find_normals(qw_env *env, qw_look *l)
     for (uint32_t v = 0; v < m->vertex_count; v++) first[v + 2] += first[v + 1];
     for (uint32_t h = 0; h < 3 * m->face_count; h++) corner[first[m->corner[h] + 1]++] = h;
     normal_search s = {l, first, corner, QW_NEW(env, float, 3 * (size_t)m->face_count)};
-    qw_parallel(env, m->face_count, GRAIN, find_some_angles, &s);
-    qw_parallel(env, m->face_count, GRAIN, find_some_normals, &s);
+    qw_parallel(env, m->face_count, QW_GRAIN_LIGHT, find_some_angles, &s);
+    qw_parallel(env, m->face_count, QW_GRAIN_LIGHT, find_some_normals, &s);
     qw_free(env, s.angle), qw_free(env, corner), qw_free(env, first);
 }
 

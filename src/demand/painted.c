@@ -5,7 +5,6 @@
 
 #include <math.h>
 
-enum { GRAIN = 1024 };
 /* Of a polygon with more corners than this the mean is taken, as each triangle looks at all of them. */
 enum { MOST_CORNERS = 64 };
 
@@ -87,7 +86,7 @@ qw_density *qw_painted_density(const qw_run_state *run)
     qw_scope_begin(env);
     painting a = {run, qw_bvh_build(env, &run->clean.mesh), qw_painted_at_clean(run), qw_vertex_normals(env, s),
                   density};
-    qw_parallel(env, s->vertex_count, GRAIN, paint_block, &a);
+    qw_parallel(env, s->vertex_count, QW_GRAIN, paint_block, &a);
     qw_scope_end(env);
     return density;
 }

@@ -36,8 +36,6 @@ static const double SMOOTHNESS_FEW = 0.75; /* share of the smoothness that is us
 /* No wanted edge length is less: single precision resolves no less in the centred frame. */
 static const double LEAST_EDGE = 1e-9;
 
-enum { REFINE_GRAIN = 4096 };
-
 /* A triangle is a needle where its longest side is so many times as long as it is high. A bar has RIDGES such edges
    that are sharp, and is as long as one of them: so are components made of many needles. */
 static const double NEEDLE = 1000, RIDGES = 4;
@@ -272,7 +270,7 @@ static void refine_block(void *user, uint32_t block, uint32_t begin, uint32_t en
     (void)block;
     const refining *a = user;
     const qw_vec3 *position = a->run->surface.position;
-    uint8_t refined[REFINE_GRAIN] = {0}; /* the last round that made it smaller */
+    uint8_t refined[QW_GRAIN_LIGHT] = {0}; /* the last round that made it smaller */
     qw_vec3 low = position[begin], high = low;
     for (uint32_t v = begin; v < end; v++) {
         qw_vec3 p = position[v];
@@ -403,7 +401,7 @@ float *qw_wanted_size(const qw_run_state *run, double rho, float **base_target, 
     memcpy(*base_target, size, s->vertex_count * sizeof *size);
     qw_fit_loops(env, s, run->options.align_boundary != 0, size);
     refining a = {run, (float)rho * (float)QW_LEAST_REFINED_SIZE, size};
-    if (run->plan.refinements) qw_parallel(env, s->vertex_count, REFINE_GRAIN, refine_block, &a);
+    if (run->plan.refinements) qw_parallel(env, s->vertex_count, QW_GRAIN_LIGHT, refine_block, &a);
     qw_limit_gradation(env, s, size, 1.0f);
     qw_free(env, part), qw_free(env, component);
     return size;

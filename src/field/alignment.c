@@ -5,7 +5,6 @@
 #include <assert.h>
 #include <math.h>
 
-enum { GRAIN = 256 };
 /* Rounds of averaging a direction with those of its neighbours. A round reaches about half an edge of the quads. With
  * three rounds, noise of the size of the quads steers them. */
 enum { ROUNDS = 6 };
@@ -42,7 +41,7 @@ qw_vec3 *qw_principal_directions(qw_env *env, const qw_trimesh *surface, double 
     qw_vec3 *facing = QW_NEW(env, qw_vec3, surface->face_count);
     for (uint32_t f = 0; f < surface->face_count; f++) facing[f] = qw_normalize(qw_face_cross(surface, f));
     direction_task t = {qw_ball_curvature_of(env, surface, facing, QW_BALL_UNMARKED, h), point, normal, direction};
-    qw_parallel(env, count, GRAIN, direction_block, &t);
+    qw_parallel(env, count, QW_GRAIN_HEAVY, direction_block, &t);
     qw_scope_end(env);
     return direction;
 }
@@ -141,15 +140,15 @@ void qw_pull_along(qw_env *env, qw_connection_level *c, const qw_vec3 *axis, qw_
     qw_scope_begin(env);
     wish *own = QW_NEW(env, wish, n), *spread[2] = {QW_NEW(env, wish, n), QW_NEW(env, wish, n)};
     pull_task t = {.c = c, .axis = axis, .direction = direction, .own = own, .to = own};
-    qw_parallel(env, n, GRAIN, wish_block, &t);
+    qw_parallel(env, n, QW_GRAIN_HEAVY, wish_block, &t);
     t.from = own;
     for (int i = 0; i < ROUNDS; i++) {
         t.to = spread[i % 2];
-        qw_parallel(env, n, GRAIN, spread_block, &t);
+        qw_parallel(env, n, QW_GRAIN_HEAVY, spread_block, &t);
         t.from = t.to;
     }
     t.follow = follow, t.pulled = pulled;
-    qw_parallel(env, n, GRAIN, pull_block, &t);
+    qw_parallel(env, n, QW_GRAIN_HEAVY, pull_block, &t);
     qw_scope_end(env);
 }
 
@@ -182,5 +181,5 @@ void qw_pull_to_wishes(qw_env *env, qw_connection_level *c, const qw_vec3 *axis,
 {
     assert(c->level && c->diagonal && axis && asked && pulled);
     asked_task t = {c, axis, asked, pulled};
-    qw_parallel(env, c->level->vertex_count, GRAIN, pull_to_asked_block, &t);
+    qw_parallel(env, c->level->vertex_count, QW_GRAIN_HEAVY, pull_to_asked_block, &t);
 }

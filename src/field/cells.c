@@ -8,7 +8,6 @@
 #include <math.h>
 #include <string.h>
 
-enum { GRAIN = 1024 };
 /* Cells begin so far apart, in their width: their mean distance is the width then. */
 static const float APART = 0.8f;
 
@@ -241,7 +240,7 @@ void qw_cells_spread(qw_env *env, const qw_cells *cells, float *sum, uint32_t ch
     for (uint32_t i = 0; i < rounds; i++) {
         qw_break_silence(env);
         spread_task t = {cells, from, to, channels};
-        qw_parallel(env, cells->count, GRAIN, spread_block, &t);
+        qw_parallel(env, cells->count, QW_GRAIN, spread_block, &t);
         float *turn = from;
         from = to, to = turn;
     }

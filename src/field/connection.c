@@ -6,8 +6,6 @@
 #include <assert.h>
 #include <string.h>
 
-enum { GRAIN = 1024 };
-
 /* Less than this share of the weights below a coarse vertex is what rounding leaves of 0: it stands for a whole
  * component. */
 #define NOTHING_LEFT 1e-5f
@@ -222,8 +220,8 @@ static float *coarsen(qw_env *env, const qw_connection_level *fine, qw_connectio
         if (below[v] > 0) of[of[0] != QW_NONE] = v;
     }
     coarse_build b = {fine, coarse, child, below, QW_NEW_ZERO(env, float, n)};
-    qw_parallel(env, n, GRAIN, along_block, &b);
-    qw_parallel(env, n, GRAIN, coarse_block, &b);
+    qw_parallel(env, n, QW_GRAIN, along_block, &b);
+    qw_parallel(env, n, QW_GRAIN, coarse_block, &b);
     qw_free(env, child), qw_free(env, below);
     return b.below_coarse;
 }
@@ -237,8 +235,8 @@ qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy, co
     uint32_t n = hierarchy->level[0].vertex_count;
     c.axis = QW_NEW(env, qw_vec3, n);
     finest_build b = {&hierarchy->level[0], &c.level[0], c.axis, turn, QW_NEW_ZERO(env, float, n)};
-    qw_parallel(env, n, GRAIN, axes_block, &b);
-    qw_parallel(env, n, GRAIN, links_block, &b);
+    qw_parallel(env, n, QW_GRAIN, axes_block, &b);
+    qw_parallel(env, n, QW_GRAIN, links_block, &b);
     if (direction && follow > 0) qw_pull_along(env, &c.level[0], c.axis, direction, follow, b.pulled);
     if (wish) qw_pull_to_wishes(env, &c.level[0], c.axis, wish, b.pulled);
     double pulled = 0;

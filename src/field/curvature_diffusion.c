@@ -9,7 +9,7 @@
 
 #include <assert.h>
 
-enum { GRAIN = 1024, MAX_ITERATIONS = 100 };
+enum { MAX_ITERATIONS = 100 };
 #define DUAL_WEIGHT 1.7320508f
 
 /* Tighter changes nothing in the finished meshes at the default smoothness. */
@@ -89,7 +89,7 @@ static void apply(void *user, qw_env *env, const double *x, double *y)
 {
     diffusion *e = user;
     e->x = x, e->y = y;
-    qw_parallel(env, e->mesh->face_count, GRAIN, apply_block, e);
+    qw_parallel(env, e->mesh->face_count, QW_GRAIN, apply_block, e);
 }
 
 /* What carrying along an edge turns by more on the stretched surface. */
@@ -135,12 +135,12 @@ float *qw_diffuse_curvature(qw_env *env, const qw_trimesh *mesh, const qw_level 
     qw_scope_begin(env);
     e.area = QW_NEW(env, double, n), e.curvature = QW_NEW(env, double, n), e.diagonal = QW_NEW(env, double, n);
     e.flow = QW_NEW(env, float, 3 * (size_t)n);
-    qw_parallel(env, n, GRAIN, measure_block, &e);
+    qw_parallel(env, n, QW_GRAIN, measure_block, &e);
     if (size) stretch(env, &e, size);
     double *density = QW_NEW_ZERO(env, double, n);
     qw_cg_solve(env, n, apply, &e, e.diagonal, e.curvature, density, TOLERANCE, MAX_ITERATIONS);
     e.x = density;
-    qw_parallel(env, n, GRAIN, turn_block, &e);
+    qw_parallel(env, n, QW_GRAIN, turn_block, &e);
     qw_scope_end(env);
     return e.turn;
 }

@@ -9,7 +9,6 @@
 #include <string.h>
 
 enum {
-    GRAIN = 256,
     RAYS = 7,      /* one inward, six around it */
     FIT_ROUNDS = 6 /* the count is then met to a thousandth, most often */
 };
@@ -82,7 +81,7 @@ static void add_edges(qw_env *env, const qw_trimesh *m, const uint32_t *cell, co
     e.tensor = qw_alloc(env, AT_ONCE, sizeof *e.tensor);
     for (; e.first < 3 * m->face_count; e.first += AT_ONCE) {
         uint32_t left = 3 * m->face_count - e.first, count = left < AT_ONCE ? left : AT_ONCE;
-        qw_parallel(env, count, 4 * GRAIN, find_bends, &e);
+        qw_parallel(env, count, 4 * QW_GRAIN_HEAVY, find_bends, &e);
         for (uint32_t i = 0; i < count; i++) {
             if (!e.is_bent[i]) continue;
             float *a = sums[cell[m->corner[e.first + i]]].tensor;
@@ -209,7 +208,7 @@ void qw_fit_limbs(qw_env *env, const qw_bvh *tree, const qw_limb_points *at, flo
     float most = 0;
     for (uint32_t v = 0; v < at->count; v++) most = fmaxf(most, size[v]);
     limb_task t = {tree, at->point, at->normal, at->bend, most * AROUND / (float)QW_PI, size};
-    qw_parallel(env, at->count, GRAIN, limb_block, &t);
+    qw_parallel(env, at->count, QW_GRAIN_HEAVY, limb_block, &t);
 }
 
 /* ---- feature curves side by side */
@@ -345,7 +344,7 @@ static void find_even(qw_env *env, const qw_trimesh *m, const qw_density_wish *w
     qw_cells_spread(env, &w->cells, &sums->area, SUMS, 1);
     float *lesser = QW_NEW(env, float, n), *mean = QW_NEW(env, float, n);
     even_task t = {sums, edge, 0, bend, lesser, mean, normal, w->even};
-    qw_parallel(env, n, GRAIN, look_at_cells, &t);
+    qw_parallel(env, n, QW_GRAIN_HEAVY, look_at_cells, &t);
     const float *of[POWERS] = {bend, bend, lesser, lesser};
     double between = sqrt(NEAR * edge * far), radius[POWERS] = {NEAR * edge, between, between, far};
     for (int i = 0; i < POWERS; i++) {
@@ -354,7 +353,7 @@ static void find_even(qw_env *env, const qw_trimesh *m, const qw_density_wish *w
         memcpy(mean, of[i], n * sizeof *mean);
         average_widely(env, &w->cells, w->area, radius[i], mean);
         t.power = power * fmin(wish->strength / NEAREST, 1);
-        qw_parallel(env, n, GRAIN, shrink_cells, &t);
+        qw_parallel(env, n, QW_GRAIN_HEAVY, shrink_cells, &t);
     }
     qw_free(env, lesser), qw_free(env, mean), qw_free(env, sums);
 }

@@ -6,7 +6,7 @@
 #include <assert.h>
 #include <math.h>
 
-enum { GRAIN = 1024, MAX_ITERATIONS = 200 };
+enum { MAX_ITERATIONS = 200 };
 static const double TOLERANCE = 1e-2;
 #define DUAL_LENGTH 0.57735027f /* of the edge between two equilateral triangles */
 static const double QUARTER_TURN = QW_PI / 2;
@@ -79,7 +79,7 @@ static void apply(void *user, qw_env *env, const double *x, double *y)
 {
     girth *g = user;
     g->x = x, g->y = y;
-    qw_parallel(env, g->mesh->face_count, GRAIN, apply_block, g);
+    qw_parallel(env, g->mesh->face_count, QW_GRAIN, apply_block, g);
 }
 
 /* Takes the mean off each component; returns the root of the mean square. */
@@ -123,8 +123,8 @@ double qw_girth_spread(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *norma
     qw_scope_begin(env);
     girth g = {.mesh = mesh, .normal = normal, .orientation = orientation, .size = size};
     g.rise = QW_NEW(env, double, 3 * (size_t)n), g.diagonal = QW_NEW(env, double, n), g.lack = QW_NEW(env, double, n);
-    qw_parallel(env, n, GRAIN, measure_block, &g);
-    qw_parallel(env, n, GRAIN, lack_block, &g);
+    qw_parallel(env, n, QW_GRAIN, measure_block, &g);
+    qw_parallel(env, n, QW_GRAIN, lack_block, &g);
     double *x = QW_NEW_ZERO(env, double, n);
     qw_cg_solve(env, n, apply, &g, g.diagonal, g.lack, x, TOLERANCE, MAX_ITERATIONS);
     double spread = centre(env, mesh, x);

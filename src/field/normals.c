@@ -9,7 +9,7 @@
 #include <assert.h>
 #include <string.h>
 
-enum { GRAIN = 1024, MAX_ITERATIONS = 200 };
+enum { MAX_ITERATIONS = 200 };
 #define EDGE_WEIGHT 0.57735027
 
 /* Directions to half a degree; the field asks for no more. */
@@ -74,7 +74,7 @@ static void apply(void *user, qw_env *env, const double *x, double *y)
 {
     diffusion *d = user;
     d->x = x, d->y = y;
-    qw_parallel(env, d->mesh->vertex_count, GRAIN, apply_block, d);
+    qw_parallel(env, d->mesh->vertex_count, QW_GRAIN, apply_block, d);
 }
 
 static void find_creases(qw_env *env, diffusion *d)
@@ -129,7 +129,7 @@ static void diffuse(qw_env *env, diffusion *d, double radius, const qw_vec3 *fro
     uint32_t n = d->mesh->vertex_count;
     d->mass = find_masses(env, d, radius);
     equations q = {d, from, QW_NEW(env, double, 3 * (size_t)n), QW_NEW(env, double, 3 * (size_t)n), x};
-    qw_parallel(env, n, GRAIN, fill_block, &q);
+    qw_parallel(env, n, QW_GRAIN, fill_block, &q);
     qw_cg_solve(env, 3 * n, apply, d, q.diagonal, q.b, x, TOLERANCE, MAX_ITERATIONS);
     qw_scope_end(env);
 }
@@ -194,6 +194,6 @@ void qw_smooth_normals(qw_env *env, const qw_trimesh *mesh, const float *size, f
     diffuse(env, &d, radius, normal, far);
     diffuse(env, &d, NEAR_SHARE * radius, normal, near);
     blend b = {far, near, normal, share};
-    qw_parallel(env, n, GRAIN, blend_block, &b);
+    qw_parallel(env, n, QW_GRAIN, blend_block, &b);
     qw_scope_end(env);
 }

@@ -29,9 +29,8 @@ enum {
                              coarsest, where a start costs next to nothing */
     POLISH_STEPS = 12,     /* of the best start, for pairs of opposite singularities to meet */
     START_VERTICES = 8192, /* the most on the level where starts are compared */
-    SPACE_LEVELS = 3, /* coarser than that one: where the start in space comes from. From finer ones it costs more and
+    SPACE_LEVELS = 3 /* coarser than that one: where the start in space comes from. From finer ones it costs more and
                          ends with more energy */
-    GRAIN = 1024
 };
 /* The share of a vertex's own cross against its neighbours' in a step; 1/16 makes a step reach about two edges of the
    level: little more than one edge of the quads on the finest. */
@@ -103,7 +102,7 @@ static void crosses_block(void *user, uint32_t block, uint32_t begin, uint32_t e
 /* On the run's threads, or on this one alone where env is NULL; the result is the same. */
 static void for_all(qw_env *env, uint32_t n, qw_task task, orientation_state *s)
 {
-    if (env) qw_parallel(env, n, GRAIN, task, s);
+    if (env) qw_parallel(env, n, QW_GRAIN, task, s);
     else task(s, 0, 0, n);
 }
 
@@ -377,11 +376,11 @@ qw_vec3 *qw_orientation_field(qw_env *env, const qw_hierarchy *hierarchy, const 
     solve_level(env, &s, POLISH_STEPS);
     while (l-- > 0) {
         new_level(env, &s, &connection.level[l]);
-        qw_parallel(env, s.c->level->vertex_count, GRAIN, refine_block, &s);
+        qw_parallel(env, s.c->level->vertex_count, QW_GRAIN, refine_block, &s);
         solve_level(env, &s, STEPS);
         qw_progress(env, 1.0 / (double)(1 + l));
     }
-    qw_parallel(env, finest->vertex_count, GRAIN, crosses_block, &s);
+    qw_parallel(env, finest->vertex_count, QW_GRAIN, crosses_block, &s);
     for (uint32_t v = 0; v < finest->vertex_count; v++) /* corners took no part: they follow those around them */
         if (finest->constraint[v] == QW_VERTEX_CORNER) qw_extrinsic_update(finest, o, v);
     qw_scope_end(env);

@@ -3,7 +3,7 @@
 #include <assert.h>
 #include <string.h>
 
-enum { COARSEST = 24, SWEEP_GRAIN = 256, GRAIN = 2048 };
+enum { COARSEST = 24, GRAIN = 2048 };
 
 typedef struct pairing {
     uint32_t *partner; /* the other vertex of the pair, or the vertex itself */
@@ -309,6 +309,6 @@ void qw_level_sweep(qw_env *env, const qw_level *level, qw_vertex_update update,
     for (uint32_t c = 0; c < level->color_count; c++) {
         uint32_t begin = level->color_begin[c], end = level->color_begin[c + 1];
         sweep s = {level->by_color + begin, update, user};
-        qw_parallel(env, end - begin, SWEEP_GRAIN, sweep_block, &s);
+        qw_parallel(env, end - begin, QW_GRAIN_HEAVY, sweep_block, &s);
     }
 }

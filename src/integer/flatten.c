@@ -10,7 +10,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { MAX_ITERATIONS = 60, GRAIN = 4096 };
+enum { MAX_ITERATIONS = 60 };
 /* Relative residual. At 1e-2 vertices are rounded to the wrong side often enough to show: a sixth more irregular
    vertices over 24 meshes. At 1e-3 there are no more than at 1e-4. */
 static const double TOLERANCE = 1e-3;
@@ -157,10 +157,10 @@ static void add_energies(void *user, uint32_t block, uint32_t begin, uint32_t en
 
 static double energy_of(qw_env *env, layout *l)
 {
-    uint32_t count = l->m->edge_count, blocks = qw_block_count(count, GRAIN);
+    uint32_t count = l->m->edge_count, blocks = qw_block_count(count, QW_GRAIN_LIGHT);
     double sum = 0;
     l->energy = QW_NEW(env, double, blocks);
-    qw_parallel(env, count, GRAIN, add_energies, l);
+    qw_parallel(env, count, QW_GRAIN_LIGHT, add_energies, l);
     for (uint32_t b = 0; b < blocks; b++) sum += l->energy[b];
     return count ? sum / count : 0;
 }
@@ -237,12 +237,12 @@ void qw_flatten(qw_env *env, qw_offset_mesh *m, uint32_t rounds, float *stiffnes
         solve(env, &l, counts);
         qw_scope_end(env);
         if (round == rounds) break;
-        qw_parallel(env, m->edge_count, GRAIN, lay_out_block, &l);
+        qw_parallel(env, m->edge_count, QW_GRAIN_LIGHT, lay_out_block, &l);
         counts->squeezed = qw_stiffen(m, l.laid, stiffness);
         if (counts->squeezed == 0) break;
         counts->rounds++;
     }
     counts->energy = energy_of(env, &l);
-    qw_parallel(env, m->edge_count, GRAIN, round_block, &l);
+    qw_parallel(env, m->edge_count, QW_GRAIN_LIGHT, round_block, &l);
     qw_scope_end(env);
 }

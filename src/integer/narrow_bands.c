@@ -12,7 +12,7 @@ static const float TAPER = 0.15f;
 /* Narrower widths, in wanted lengths, count as this: what is so thin is freed elsewhere (acute_corners.h) or left to
    rounding. */
 static const float LEAST_WIDTH = 0.05f;
-enum { MAX_STEPS = 32, SIZE_ROUNDS = 12, GRAIN = 1024 };
+enum { MAX_STEPS = 32, SIZE_ROUNDS = 12 };
 
 typedef struct narrow_bands {
     const qw_offset_mesh *m;
@@ -147,7 +147,7 @@ int64_t qw_stretch_narrow_bands(qw_env *env, qw_offset_mesh *m, double quads)
     if (any) {
         s.near = qw_offset_near_curves(env, m);
         s.width = QW_NEW(env, float, 2 * (size_t)m->face_count);
-        qw_parallel(env, m->face_count, GRAIN, measure_widths, &s);
+        qw_parallel(env, m->face_count, QW_GRAIN, measure_widths, &s);
         for (uint32_t f = 0; f < m->face_count; f++) count += s.width[2 * f] < 1 || s.width[2 * f + 1] < 1;
     }
     if (count > 0) {

@@ -8,8 +8,6 @@
 #include <math.h>
 #include <string.h>
 
-enum { GRAIN = 4096 };
-
 static void number_edges(qw_env *env, qw_offset_mesh *m)
 {
     uint32_t corners = 3 * m->face_count, count = 0;
@@ -171,7 +169,7 @@ qw_offset_mesh qw_integer_offsets(qw_env *env, const qw_offset_input *in)
     m.fixed = QW_NEW_ZERO(env, uint8_t, m.edge_count);
     uint8_t *near = qw_offset_near_curves(env, &m);
     edge_work w = {in, &m, near, QW_NEW(env, uint8_t, m.edge_count)};
-    qw_parallel(env, m.edge_count, GRAIN, edge_block, &w);
+    qw_parallel(env, m.edge_count, QW_GRAIN_LIGHT, edge_block, &w);
     qw_set_frames(env, &m, w.turn, in->cones_at_corners);
     qw_free(env, w.turn), qw_free(env, near);
     return m;

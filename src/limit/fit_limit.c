@@ -9,7 +9,6 @@
 #include <string.h>
 
 enum {
-    GRAIN = 256,
     PROJECTIONS = 5,
     MOST_ITERATIONS = 60, /* of conjugate gradients: then the error is a hundredth of a distance */
     BACK_ROUNDS = 8       /* of taking back what turns the limit surface over */
@@ -221,7 +220,7 @@ static void apply(void *user, qw_env *env, const double *x, double *y)
 {
     fitting *t = user;
     qw_stencils_apply(env, &t->limit, x, t->pull);
-    qw_parallel(env, samples_of(t), GRAIN, multiply_block, t);
+    qw_parallel(env, samples_of(t), QW_GRAIN_HEAVY, multiply_block, t);
     qw_stencils_apply(env, &t->transposed, t->pull, y);
     add_fairness(t, x, 1, y);
     clear_fixed(t, y);
@@ -291,7 +290,7 @@ static void project(qw_env *env, fitting *t, double *x, const double *x0)
     for (uint32_t f = 0; f < t->quads->face_count; f++)
         t->area[f] = 0.5 * (double)qw_length(qw_quad_cross(t->quads->position, t->quads->corner + 4 * (size_t)f));
     looking l = {t, qw_quadmesh_vertex_normals(env, &t->split)};
-    qw_parallel(env, samples_of(t), GRAIN, look_block, &l);
+    qw_parallel(env, samples_of(t), QW_GRAIN_HEAVY, look_block, &l);
     pull_from_surface(env, t);
     double *b = QW_NEW(env, double, 3 * (size_t)n), *d = QW_NEW_ZERO(env, double, 3 * (size_t)n);
     qw_stencils_apply(env, &t->transposed, t->pull, b);

@@ -7,7 +7,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { GRAIN = 256, ROUNDS = 3 /* of projections, each after what the one before let go */ };
+enum { ROUNDS = 3 /* of projections, each after what the one before let go */ };
 /* In mean edges around a vertex: what is farther from it is no part of what it stands for. */
 static const float REACH = 1.5f, CURVE_REACH = 0.75f;
 /* Cosine between an edge of the quads and the curve that it lies on, at the least. */
@@ -87,7 +87,7 @@ void qw_put_on_shape(qw_env *env, qw_quadmesh *q, const qw_shape *shape, const u
         p.crease = qw_alloc(env, n, 2 * sizeof(uint32_t));
         p.rule = qw_find_rules(env, q, p.crease), p.edge = qw_edges_around(env, q);
         p.normal = qw_quadmesh_vertex_normals(env, q);
-        qw_parallel(env, n, GRAIN, place_block, &p);
+        qw_parallel(env, n, QW_GRAIN_HEAVY, place_block, &p);
         memcpy(q->position, p.place, n * sizeof *p.place);
         uint32_t held = qw_hold_back_flips(env, q, before);
         qw_scope_end(env);

@@ -3,8 +3,6 @@
 #include <assert.h>
 #include <string.h>
 
-enum { GRAIN = 4096 };
-
 /* Of a face with corners in several blocks. No block has this number. */
 static const uint32_t SEAM = QW_NONE - 1;
 
@@ -40,8 +38,8 @@ static void find_blocks(void *user, uint32_t block, uint32_t begin, uint32_t end
 static uint32_t *mark_inner(qw_edit *e)
 {
     marking m = {e, QW_NEW(e->env, uint32_t, e->face_count)};
-    qw_parallel(e->env, e->vertex_count, GRAIN, begin_vertices, &m);
-    qw_parallel(e->env, e->face_count, GRAIN, find_blocks, &m);
+    qw_parallel(e->env, e->vertex_count, QW_GRAIN_LIGHT, begin_vertices, &m);
+    qw_parallel(e->env, e->face_count, QW_GRAIN_LIGHT, find_blocks, &m);
     for (uint32_t f = 0; f < e->face_count; f++)
         for (uint32_t i = 0; i < 3 && m.face_block[f] == SEAM; i++) e->vertex[e->face[f].corner[i]].inner = 0;
     return m.face_block;

@@ -11,7 +11,6 @@
 
 enum {
     CELL_BITS = 21, /* a coordinate of a cell */
-    GRAIN = 4096,   /* edges or triangles a block */
     /* Pieces of area in a square of the ball's radius, of which a ball has about three times as many: where curvature
        is measured, and where fields follow it. */
     PIECES_MEASURED = 32,
@@ -185,7 +184,7 @@ static piece_grid group_pieces(qw_env *env, piece *pieces, uint32_t count, float
 static piece_grid make_pieces(qw_env *env, piece_task *t, uint32_t items, qw_task count, qw_task fill)
 {
     t->begin = QW_NEW_ZERO(env, uint32_t, (size_t)items + 1);
-    qw_parallel(env, items, GRAIN, count, t);
+    qw_parallel(env, items, QW_GRAIN_LIGHT, count, t);
     uint64_t total = 0;
     for (uint32_t i = 0; i < items; i++) {
         total += t->begin[i + 1];
@@ -193,7 +192,7 @@ static piece_grid make_pieces(qw_env *env, piece_task *t, uint32_t items, qw_tas
         t->begin[i + 1] = (uint32_t)total;
     }
     t->piece = QW_NEW(env, piece, total);
-    qw_parallel(env, items, GRAIN, fill, t);
+    qw_parallel(env, items, QW_GRAIN_LIGHT, fill, t);
     piece_grid g = group_pieces(env, t->piece, (uint32_t)total, (float)t->radius);
     qw_free(env, t->begin), qw_free(env, t->piece);
     return g;

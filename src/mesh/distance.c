@@ -23,8 +23,7 @@ enum {
     LEAST_SAMPLES = 20000, /* of a surface: twenty of them lie beyond the 99.9th percentile */
     MOST_SAMPLES = 200000,
     LEAST_CURVE_SAMPLES = 2000,
-    MOST_CURVE_SAMPLES = 40000,
-    GRAIN = 1024
+    MOST_CURVE_SAMPLES = 40000
 };
 
 /* Distance between samples along sharp edges, in mean edges of the quads. */
@@ -104,21 +103,21 @@ typedef struct spread {
 static spread distance_between(qw_env *env, const qw_surface *from, const qw_surface *to)
 {
     assert(from->area_end && to->bvh);
-    uint32_t blocks = qw_block_count(from->mesh.vertex_count, GRAIN);
+    uint32_t blocks = qw_block_count(from->mesh.vertex_count, QW_GRAIN);
     uint32_t wanted = qw_wanted_samples(from->mesh.face_count, to->mesh.face_count, SAMPLES_A_FACE, LEAST_SAMPLES,
                                         MOST_SAMPLES);
     sampling s = {from, to, wanted, 1, NULL, 0, QW_NEW(env, float, blocks)};
     qw_pilots pilots = pilots_of(&s);
     s.samples = qw_affordable(&pilots, wanted), s.step = qw_affordable_step(&pilots, from->mesh.vertex_count);
     s.distance = QW_NEW(env, float, s.samples);
-    qw_parallel(env, s.samples, GRAIN, sample_surface, &s);
+    qw_parallel(env, s.samples, QW_GRAIN, sample_surface, &s);
     spread r = {0};
     for (uint32_t i = 0; i < s.samples; i++) {
         r.mean += s.distance[i];
         s.farthest = fmaxf(s.farthest, s.distance[i]);
     }
     r.most = s.farthest;
-    qw_parallel(env, from->mesh.vertex_count, GRAIN, visit_vertices, &s);
+    qw_parallel(env, from->mesh.vertex_count, QW_GRAIN, visit_vertices, &s);
     for (uint32_t b = 0; b < blocks; b++) r.most = fmax(r.most, s.largest[b]);
     r.mean /= s.samples;
     r.p999 = qw_percentile(s.distance, s.samples, 0.999);
@@ -163,14 +162,14 @@ static void spread_both(const qw_surface *to, uint32_t polygons, const uint8_t *
 static int64_t flipped_faces(qw_env *env, const qw_surface *from, const qw_surface *to, const uint8_t *both,
                              uint32_t faces, float edge)
 {
-    uint32_t blocks = qw_block_count(faces, GRAIN);
+    uint32_t blocks = qw_block_count(faces, QW_GRAIN);
     flip_task task = {from, {&to->mesh, to->normal, both, to->bvh, edge, NULL}, 1, QW_NEW(env, uint32_t, blocks)};
     qw_pilots pilots = {0};
     qw_flip_judge pilot = task.judge;
     pilot.effort = &pilots.effort;
     for (uint32_t f; qw_next_pilot(&pilots, faces, &f);) is_flipped(&pilot, from, f, &(uint32_t){QW_NONE});
     task.step = qw_affordable_step(&pilots, faces);
-    qw_parallel(env, faces, GRAIN, count_flipped, &task);
+    qw_parallel(env, faces, QW_GRAIN, count_flipped, &task);
     int64_t count = 0;
     for (uint32_t b = 0; b < blocks; b++) count += task.counts[b];
     qw_free(env, task.counts);
@@ -274,7 +273,7 @@ static void measure_sharp(qw_env *env, const qw_surface *out, const qw_mesh_view
     for (uint32_t i; qw_next_pilot(&pilots, s.samples, &i);) pilots.effort += nearest_edge(&s, i).looked;
     s.samples = qw_affordable(&pilots, s.samples);
     s.distance = QW_NEW(env, float, s.samples);
-    qw_parallel(env, s.samples, GRAIN, sample_curves, &s);
+    qw_parallel(env, s.samples, QW_GRAIN, sample_curves, &s);
     double sum = 0;
     for (uint32_t i = 0; i < s.samples; i++) sum += s.distance[i];
     quality->sharp_mean = sum / s.samples / edge;

@@ -334,8 +334,6 @@ static void find_box(sorting *s, uint32_t n)
     s->scale = 1023.0f / fmaxf(fmaxf(high.x - low.x, high.y - low.y), fmaxf(high.z - low.z, 1e-20f));
 }
 
-enum { GRAIN = 4096 };
-
 /* Sorts the n vertices of s->order along the Morton curve over their bounding box; those of equal codes stay in their
  * order. Sets their ranks. */
 static void sort_vertices(qw_env *env, sorting *s, uint32_t n)
@@ -346,7 +344,7 @@ static void sort_vertices(qw_env *env, sorting *s, uint32_t n)
     uint32_t *other_key = QW_NEW(env, uint32_t, n), *other = QW_NEW(env, uint32_t, n),
              *count = QW_NEW(env, uint32_t, DIGITS);
     find_box(s, n);
-    qw_parallel(env, n, GRAIN, code_vertices, s);
+    qw_parallel(env, n, QW_GRAIN_LIGHT, code_vertices, s);
     for (uint32_t shift = 0; shift < 3 * DIGIT; shift += DIGIT) {
         memset(count, 0, DIGITS * sizeof *count);
         for (uint32_t i = 0; i < n; i++) count[key[i] >> shift & (DIGITS - 1)]++;
@@ -387,7 +385,7 @@ static void sort_faces(qw_env *env, const sorting *s, uint32_t vertex_count, uin
 {
     assert(s->face_rank && s->vertex_rank);
     uint32_t *begin = QW_NEW_ZERO(env, uint32_t, (size_t)vertex_count + 1), *rank = s->face_rank;
-    qw_parallel(env, face_count, GRAIN, least_corners, (void *)(uintptr_t)s);
+    qw_parallel(env, face_count, QW_GRAIN_LIGHT, least_corners, (void *)(uintptr_t)s);
     for (uint32_t f = 0; f < face_count; f++)
         if (rank[f] != QW_NONE) begin[rank[f] + 1]++;
     for (uint32_t i = 0; i < vertex_count; i++) begin[i + 1] += begin[i];
@@ -508,8 +506,8 @@ qw_edit qw_edit_open_packed(qw_env *env, const qw_trimesh *mesh, const float *ta
                  .vertex = e.vertex,
                  .face = e.face,
                  .block = block_size(e.vertex_count)};
-    qw_parallel(env, e.vertex_count, GRAIN, open_vertices, &p);
-    qw_parallel(env, e.face_count, GRAIN, open_faces, &p);
+    qw_parallel(env, e.vertex_count, QW_GRAIN_LIGHT, open_vertices, &p);
+    qw_parallel(env, e.face_count, QW_GRAIN_LIGHT, open_faces, &p);
     qw_scope_end(env);
     e.block_count = count_blocks(e.vertex_count, p.block);
     *rank = s.vertex_rank;
@@ -540,8 +538,8 @@ void qw_edit_pack(qw_edit *e)
                  .block = block_size(e->live_vertices),
                  .vertex = QW_NEW(env, qw_edit_vertex, vertex_capacity),
                  .face = QW_NEW(env, qw_edit_face, face_capacity)};
-    qw_parallel(env, e->live_vertices, GRAIN, pack_vertices, &p);
-    qw_parallel(env, e->face_count, GRAIN, pack_faces, &p);
+    qw_parallel(env, e->live_vertices, QW_GRAIN_LIGHT, pack_vertices, &p);
+    qw_parallel(env, e->face_count, QW_GRAIN_LIGHT, pack_faces, &p);
     qw_keep(env, p.vertex);
     qw_keep(env, p.face);
     qw_scope_end(env);

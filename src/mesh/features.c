@@ -63,8 +63,6 @@ static uint32_t longest_side(const qw_trimesh *mesh, uint32_t f, float *length)
     return best;
 }
 
-enum { GRAIN = 4096 };
-
 typedef struct question {
     const qw_trimesh *mesh;
     const qw_vec3 *normal;
@@ -87,7 +85,7 @@ static void ask_slivers(void *user, uint32_t block, uint32_t begin, uint32_t end
 static uint32_t *find_slivers(qw_env *env, const qw_trimesh *mesh, uint8_t *sliver, uint32_t *count)
 {
     question q = {.mesh = mesh, .sliver = sliver};
-    qw_parallel(env, mesh->face_count, GRAIN, ask_slivers, &q);
+    qw_parallel(env, mesh->face_count, QW_GRAIN_LIGHT, ask_slivers, &q);
     uint32_t n = 0;
     for (uint32_t f = 0; f < mesh->face_count; f++) n += sliver[f];
     uint32_t *list = QW_NEW(env, uint32_t, n);
@@ -144,7 +142,7 @@ static void compare_normals(void *user, uint32_t block, uint32_t begin, uint32_t
 static float *edge_cosines(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal)
 {
     question q = {.mesh = mesh, .normal = normal, .cosine = QW_NEW(env, float, 3 * (size_t)mesh->face_count)};
-    qw_parallel(env, mesh->face_count, GRAIN, compare_normals, &q);
+    qw_parallel(env, mesh->face_count, QW_GRAIN_LIGHT, compare_normals, &q);
     return q.cosine;
 }
 
@@ -390,9 +388,9 @@ static void add_up_sharpness(void *user, uint32_t block, uint32_t begin, uint32_
 
 static sharpness measure_sharpness(qw_env *env, const creases *c)
 {
-    uint32_t blocks = qw_block_count(c->mesh->face_count, GRAIN);
+    uint32_t blocks = qw_block_count(c->mesh->face_count, QW_GRAIN_LIGHT);
     sharpness_sums sums = {c, QW_NEW(env, sharpness, blocks)};
-    qw_parallel(env, c->mesh->face_count, GRAIN, add_up_sharpness, &sums);
+    qw_parallel(env, c->mesh->face_count, QW_GRAIN_LIGHT, add_up_sharpness, &sums);
     sharpness s = {0};
     for (uint32_t b = 0; b < blocks; b++)
         s.length += sums.of[b].length, s.folds += sums.of[b].folds, s.all += sums.of[b].all,

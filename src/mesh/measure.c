@@ -17,7 +17,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { GRAIN = 4096, FEW_CORNERS = 6 };
+enum { FEW_CORNERS = 6 };
 
 /* ---- topology */
 
@@ -344,8 +344,8 @@ static void measure_corners(qw_env *env, const qw_mesh_view *mesh, const qw_poly
 {
     assert(quad_count > 0 && edges->face_begin);
     qw_scope_begin(env);
-    uint32_t count = (uint32_t)quad_count, blocks = qw_block_count(count, GRAIN), *quads = QW_NEW(env, uint32_t, count),
-             n = 0;
+    uint32_t count = (uint32_t)quad_count, blocks = qw_block_count(count, QW_GRAIN_LIGHT),
+             *quads = QW_NEW(env, uint32_t, count), n = 0;
     for (uint32_t f = 0; f < mesh->face_count; f++)
         if (edges->face_begin[f + 1] - edges->face_begin[f] == 4) quads[n++] = f;
     quality_task t = {.mesh = mesh, .edges = edges, .quads = quads, .scale = scale};
@@ -355,7 +355,7 @@ static void measure_corners(qw_env *env, const qw_mesh_view *mesh, const qw_poly
     load_quad(&t, 0, first);
     t.first_edge = qw_dlength(qw_dsub(first[1], first[0]));
     t.first_area = quad_area(first);
-    qw_parallel(env, count, GRAIN, measure_quads, &t);
+    qw_parallel(env, count, QW_GRAIN_LIGHT, measure_quads, &t);
     corner_sums all = t.blocks[0];
     for (uint32_t b = 1; b < blocks; b++) {
         merge_moments(&all.edge, &t.blocks[b].edge);

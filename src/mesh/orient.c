@@ -30,8 +30,6 @@ typedef struct pieces {
     uint8_t *turned; /* uint8_t[face_count] */
 } pieces;
 
-enum { GRAIN = 4096 };
-
 static const double *corner_point(const qw_sheets *s, size_t h) { return s->position + 3 * (size_t)s->corner[h]; }
 
 /* ---- flood */
@@ -103,9 +101,9 @@ static void find_unlike(void *user, uint32_t block, uint32_t begin, uint32_t end
 /* Whether neighbours are alike as they are, as in most files. */
 static bool are_alike(qw_env *env, const qw_sheets *s)
 {
-    uint32_t blocks = qw_block_count(s->face_count, GRAIN);
+    uint32_t blocks = qw_block_count(s->face_count, QW_GRAIN_LIGHT);
     unlike u = {s, QW_NEW_ZERO(env, uint8_t, blocks)};
-    qw_parallel(env, s->face_count, GRAIN, find_unlike, &u);
+    qw_parallel(env, s->face_count, QW_GRAIN_LIGHT, find_unlike, &u);
     bool alike = !memchr(u.found, 1, blocks);
     qw_free(env, u.found);
     return alike;
@@ -197,7 +195,7 @@ static void measure(qw_env *env, const qw_sheets *s, pieces *p)
 {
     assert(p->of && p->piece);
     measuring m = {s, p, QW_NEW(env, portion, s->face_count)};
-    qw_parallel(env, s->face_count, GRAIN, measure_faces, &m);
+    qw_parallel(env, s->face_count, QW_GRAIN_LIGHT, measure_faces, &m);
     for (uint32_t f = 0; f < s->face_count; f++) {
         piece *q = &p->piece[p->of[f]];
         q->volume += m.portion[f].volume;

@@ -19,7 +19,6 @@ static const double MOST_PIECES = 4;            /* vertices that share a tip: th
    exactly only where it is asked for. */
 static const float ROUGH = 0.006f;
 static const double UNKNOWN = -1e30;
-enum { GRAIN = 4096 };
 
 typedef struct tips {
     const qw_trimesh *mesh;
@@ -141,7 +140,7 @@ uint32_t qw_find_points(qw_env *env, qw_trimesh *mesh, float size)
     qw_scope_begin(env);
     tips t = {.mesh = mesh, .outgoing = qw_trimesh_outgoing(env, mesh)};
     t.lack = QW_NEW(env, double, n), t.stamp = QW_NEW_ZERO(env, uint32_t, n), t.queue = QW_NEW(env, uint32_t, n);
-    qw_parallel(env, n, GRAIN, fill_lacks, &t);
+    qw_parallel(env, n, QW_GRAIN_LIGHT, fill_lacks, &t);
     for (uint32_t v = 0; v < n; v++)
         if (t.lack[v] >= LEAST_LACK / MOST_PIECES && is_tip(&t, v, size)) mesh->point[v] = 1, count++;
     qw_scope_end(env);

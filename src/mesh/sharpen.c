@@ -55,7 +55,7 @@ static const double MOST_OFF_SIDE = 0.65, MOST_HALF_BAND = 1.2, MOST_ASTRAY = 0.
 /* Where bands are too wide, as a smoother or a generator has rounded the edge, they are looked for again with all
  * lengths longer by this factor, unless the quads are shorter than that. */
 static const double WIDER = 1.6;
-enum { RINGS = 3, SMOOTHING_ROUNDS = 8, EDGE_GRAIN = 4096, FIT_GRAIN = 64 };
+enum { RINGS = 3, SMOOTHING_ROUNDS = 8, FIT_GRAIN = 64 };
 
 typedef struct sharpener {
     qw_env *env;
@@ -289,7 +289,7 @@ static outcome find_cuts(sharpener *s, double speck)
 {
     const qw_trimesh *mesh = s->mesh;
     s->cut = QW_NEW(s->env, uint8_t, 3 * (size_t)mesh->face_count);
-    qw_parallel(s->env, mesh->face_count, EDGE_GRAIN, ask_cuts, s);
+    qw_parallel(s->env, mesh->face_count, QW_GRAIN_LIGHT, ask_cuts, s);
     uint32_t count, *label = QW_NEW(s->env, uint32_t, mesh->face_count);
     const crease *list = find_creases(s, label, &count);
     drop_others(s, list, label, speck);

@@ -42,8 +42,6 @@ static void compact_faces(qw_sheets *s, uint32_t *moved)
         if (s->twin[h] != QW_NONE) s->twin[h] = 3 * moved[s->twin[h] / 3] + s->twin[h] % 3;
 }
 
-enum { GRAIN = 4096 };
-
 /* ---- pairing */
 
 static uint32_t largest_edge(const qw_edges *edges, uint32_t vertex_count)
@@ -196,9 +194,9 @@ static void pair_plainly(void *user, uint32_t block, uint32_t begin, uint32_t en
  * twin means nothing. */
 static bool pair_all_plainly(qw_env *env, qw_sheets *s, const qw_edges *edges)
 {
-    uint32_t blocks = qw_block_count(s->vertex_count, GRAIN), strange = 0;
+    uint32_t blocks = qw_block_count(s->vertex_count, QW_GRAIN_LIGHT), strange = 0;
     plain_pairs p = {s, edges, QW_NEW_ZERO(env, uint8_t, blocks)};
-    qw_parallel(env, s->vertex_count, GRAIN, pair_plainly, &p);
+    qw_parallel(env, s->vertex_count, QW_GRAIN_LIGHT, pair_plainly, &p);
     for (uint32_t b = 0; b < blocks; b++) strange += p.strange[b];
     qw_free(env, p.strange);
     return strange == 0;
@@ -279,11 +277,11 @@ static void count_fan_corners(void *user, uint32_t block, uint32_t begin, uint32
 /* Whether every vertex has faces, and one fan of them: then all stays as it is. */
 static bool has_single_fans(qw_env *env, const qw_sheets *s)
 {
-    uint32_t blocks = qw_block_count(s->vertex_count, GRAIN), *half = QW_NEW(env, uint32_t, s->vertex_count);
+    uint32_t blocks = qw_block_count(s->vertex_count, QW_GRAIN_LIGHT), *half = QW_NEW(env, uint32_t, s->vertex_count);
     memset(half, 0xff, s->vertex_count * sizeof *half);
     for (uint32_t h = 0; h < 3 * s->face_count; h++) half[s->corner[h]] = h;
     fans t = {s, half, QW_NEW(env, uint64_t, blocks)};
-    qw_parallel(env, s->vertex_count, GRAIN, count_fan_corners, &t);
+    qw_parallel(env, s->vertex_count, QW_GRAIN_LIGHT, count_fan_corners, &t);
     uint64_t corners = 0;
     bool isolated = false;
     for (uint32_t b = 0; b < blocks; b++) corners += t.corners[b];

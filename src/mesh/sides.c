@@ -28,7 +28,7 @@ static const double UNEVEN = 0.09, MOST_UNEVEN = 0.3;
 static const double MOST_MARKED = 0.5;
 static const float SAME_COSINE = 0.90630779f; /* 25 degrees */
 enum { AGREE_ROUNDS = 2, MOST_TRIED = 4096, MOST_SEEDS = 192 };
-enum { GRAIN = 1024, EDGE_ROUNDS = 2, NEAR_RINGS = 8, OWN_RINGS = 3 };
+enum { EDGE_ROUNDS = 2, NEAR_RINGS = 8, OWN_RINGS = 3 };
 
 /* Of a triangle: its normal times twice its area, twice its area, and that times its edge. */
 typedef struct face_size {
@@ -150,7 +150,7 @@ static void find_edges(qw_env *env, side_task *t)
     float *other = QW_NEW(env, float, n);
     for (int i = 0; i < EDGE_ROUNDS; i++) {
         t->from = t->s->edge, t->to = other;
-        qw_parallel(env, n, GRAIN, average_edges, t);
+        qw_parallel(env, n, QW_GRAIN, average_edges, t);
         other = t->s->edge, t->s->edge = t->to;
     }
     for (uint32_t v = 0; v < n; v++) t->s->edge[v] *= t->s->scale;
@@ -277,7 +277,7 @@ static void agree_on_sides(qw_env *env, side_task *t)
     uint32_t *next = QW_NEW(env, uint32_t, n);
     for (int i = 0; i < AGREE_ROUNDS; i++) {
         t->next = next;
-        qw_parallel(env, n, GRAIN, agree, t);
+        qw_parallel(env, n, QW_GRAIN, agree, t);
         next = t->s->side, t->s->side = t->next;
     }
 }
@@ -368,16 +368,16 @@ bool qw_find_sides(qw_env *env, const qw_trimesh *mesh, float scale, qw_sides *s
     sides->edge = QW_NEW(env, float, n), sides->rough = QW_NEW(env, uint8_t, n);
     side_task t = {.s = sides, .cross = QW_NEW(env, qw_vec3, n), .area = QW_NEW(env, float, n)};
     t.face = QW_NEW(env, face_size, mesh->face_count);
-    qw_parallel(env, mesh->face_count, GRAIN, measure_faces, &t);
-    qw_parallel(env, n, GRAIN, sum_rings, &t);
+    qw_parallel(env, mesh->face_count, QW_GRAIN, measure_faces, &t);
+    qw_parallel(env, n, QW_GRAIN, sum_rings, &t);
     qw_free(env, t.face);
     if (!memchr(sides->rough, 1, n)) return false;
     find_edges(env, &t);
     sides->patch = QW_NEW_ZERO(env, qw_side_plane, n), sides->side = QW_NEW(env, uint32_t, n);
     if (!seems_banded(env, &t)) return false;
     t.near = find_near(env, sides);
-    qw_parallel(env, n, GRAIN, make_patches, &t);
-    qw_parallel(env, n, GRAIN, choose_sides, &t);
+    qw_parallel(env, n, QW_GRAIN, make_patches, &t);
+    qw_parallel(env, n, QW_GRAIN, choose_sides, &t);
     agree_on_sides(env, &t);
     return true;
 }

@@ -6,7 +6,7 @@
 #include <float.h>
 #include <math.h>
 
-enum { GRAIN = 4096, MOST_SIDES = 32, MOST_POINTS = MOST_SIDES + 4, PASSES = 8, MOST_STEPS = 16 };
+enum { MOST_SIDES = 32, MOST_POINTS = MOST_SIDES + 4, PASSES = 8, MOST_STEPS = 16 };
 
 /* The cosine below which two triangles lie on one another. */
 static const float OPPOSED = -0.999f;
@@ -215,7 +215,7 @@ uint32_t qw_unfold(qw_env *env, const qw_clean_input *input, const qw_frame *fra
     assert(mesh->twin && input);
     qw_scope_begin(env);
     flagging a = {mesh, QW_NEW_ZERO(env, uint8_t, mesh->face_count)};
-    qw_parallel(env, mesh->face_count, GRAIN, flag_block, &a);
+    qw_parallel(env, mesh->face_count, QW_GRAIN_LIGHT, flag_block, &a);
     marked marks = {env, input, frame, {NULL, 0}};
     uint32_t moved = 0;
     for (int pass = 0; pass < PASSES; pass++) {

@@ -12,7 +12,6 @@
 #include <string.h>
 
 enum {
-    GRAIN = 256,
     STEPS = 2,         /* of Jacobi: the first takes the mean of what the surface is away around a vertex */
     KEEPING_ROUNDS = 8 /* of putting vertices back */
 };
@@ -151,7 +150,7 @@ static void jacobi_block(void *user, uint32_t block, uint32_t begin, uint32_t en
 static void solve(qw_env *env, fitting *t)
 {
     for (int step = 0; step < STEPS; step++) {
-        qw_parallel(env, t->quads->vertex_count, GRAIN, jacobi_block, t);
+        qw_parallel(env, t->quads->vertex_count, QW_GRAIN_HEAVY, jacobi_block, t);
         float *swap = t->rise;
         t->rise = t->next, t->next = swap;
     }
@@ -276,7 +275,7 @@ void qw_fit_quads(qw_env *env, qw_quadmesh *quads, const qw_fit *fit)
     list_links(&t);
     gather_links(env, &t);
     t.edge = mean_edges(env, &t), t.rise = QW_NEW_ZERO(env, float, n), t.next = QW_NEW_ZERO(env, float, n);
-    qw_parallel(env, t.link_count, GRAIN, measure_links, &t);
+    qw_parallel(env, t.link_count, QW_GRAIN_HEAVY, measure_links, &t);
     solve(env, &t);
     part_sides(&t);
     for (uint32_t v = 0; v < n; v++)

@@ -7,7 +7,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { GRAIN = 256, MOST_AROUND = 16 };
+enum { MOST_AROUND = 16 };
 static const float INTO = 0.25f; /* of the way to the middle of a quad: where its plane is looked for */
 static const float OWN = 0.01f;  /* weight of a vertex' own place, over that of a plane */
 
@@ -114,7 +114,7 @@ void qw_put_curves_on_meant(qw_env *env, qw_quadmesh *quads, const qw_meant *m)
     for (uint32_t h = 0; h < 4 * q->face_count; h++)
         if (q->twin[h] == QW_NONE) out[q->corner[h]] = out[q->corner[qw_quad_next(h)]] = QW_NONE;
     putting t = {q, m, out, QW_NEW(env, qw_vec3, q->vertex_count)};
-    qw_parallel(env, q->vertex_count, GRAIN, put_block, &t);
+    qw_parallel(env, q->vertex_count, QW_GRAIN_HEAVY, put_block, &t);
     memcpy(quads->position, t.to, q->vertex_count * sizeof *t.to);
     qw_free(env, out), qw_free(env, t.to);
 }

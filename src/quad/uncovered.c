@@ -7,8 +7,6 @@
 #include <assert.h>
 #include <math.h>
 
-enum { GRAIN = 1024 };
-
 typedef struct coverage {
     const qw_trimesh *surface, *halves;
     const qw_bvh *tree;
@@ -84,7 +82,7 @@ uint8_t *qw_mark_uncovered(qw_env *env, const qw_trimesh *surface, const qw_quad
     qw_scope_begin(env);
     qw_trimesh halves = halve_quads(env, quads);
     coverage r = {surface, &halves, qw_bvh_build(env, &halves), far, uncovered};
-    qw_parallel(env, surface->vertex_count, GRAIN, ask_block, &r);
+    qw_parallel(env, surface->vertex_count, QW_GRAIN, ask_block, &r);
     qw_scope_end(env);
     return uncovered;
 }

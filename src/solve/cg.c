@@ -5,7 +5,7 @@
 #include <string.h>
 
 /* Unknowns a block. Part of the result's definition: sums are kept a block. */
-enum { GRAIN = 4096, LANES = 4 };
+enum { LANES = 4 };
 
 /* What a round may gain at most. */
 static const double ROUND = 1e-10;
@@ -29,11 +29,11 @@ typedef struct solver {
 static double total(const solver *s, int which)
 {
     double sum = 0;
-    for (uint32_t i = 0; i < qw_block_count(s->n, GRAIN); i++) sum += s->sum[which][i];
+    for (uint32_t i = 0; i < qw_block_count(s->n, QW_GRAIN_LIGHT); i++) sum += s->sum[which][i];
     return sum;
 }
 
-static void run(solver *s, qw_task task) { qw_parallel(s->env, s->n, GRAIN, task, s); }
+static void run(solver *s, qw_task task) { qw_parallel(s->env, s->n, QW_GRAIN_LIGHT, task, s); }
 
 /* Rows of A v. */
 static inline double row(const qw_csr *a, const double *v, uint32_t i)
@@ -178,7 +178,7 @@ static void prepare(solver *s, const double *diagonal)
     s->q = QW_NEW(s->env, double, s->n);
     s->before = QW_NEW(s->env, double, s->n);
     s->scale = QW_NEW(s->env, double, s->n);
-    for (int i = 0; i < 2; i++) s->sum[i] = QW_NEW_ZERO(s->env, double, qw_block_count(s->n, GRAIN));
+    for (int i = 0; i < 2; i++) s->sum[i] = QW_NEW_ZERO(s->env, double, qw_block_count(s->n, QW_GRAIN_LIGHT));
     for (uint32_t i = 0; i < s->n; i++) s->scale[i] = diagonal[i] > 0 ? 1 / diagonal[i] : 0;
 }
 

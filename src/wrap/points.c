@@ -12,8 +12,7 @@ enum {
     PLANE = 12,      /* of them, those that the tangent plane is fitted to */
     MOST_SIDES = 16, /* of a Voronoi cell */
     LEAF = 8,
-    DEPTH = 64,
-    GRAIN = 256
+    DEPTH = 64
 };
 /* Of the distance of the neighbour number PLANE: a Voronoi cell is cut off there, so that no triangle spans a gap. */
 static const double REACH = 1.0;
@@ -305,7 +304,7 @@ uint32_t qw_triangles_of_points(qw_env *env, const double *position, uint32_t co
     tree t = grow_tree(env, scaled(env, position, count), count);
     starring s = {env, &t, QW_NEW(env, uint32_t, (size_t)count * MOST_SIDES)};
     memset(s.star, 0xff, (size_t)count * MOST_SIDES * sizeof *s.star); /* QW_NONE: points at the place of another */
-    qw_parallel(env, t.count, GRAIN, star_block, &s);
+    qw_parallel(env, t.count, QW_GRAIN_HEAVY, star_block, &s);
     qw_break_silence(env);
     size_t all = 0, kept = 0, at_once = 0;
     for (uint32_t p = 0; p < count; p++) all += triangles_at(s.star + (size_t)p * MOST_SIDES, p, NULL);
