@@ -276,7 +276,7 @@ static void wraps(void **state)
     qw_options o;
     qw_options_init(&o);
     assert_int_equal(qw_option_set(&o, "wrap", "0.02", message, sizeof message), QW_OK);
-    assert_true(o.wrap == 1 && o.wrap_distance == 0.02 && o.wrap_quads == 0.75);
+    assert_true(o.wrap == 1 && o.wrap_distance == 0.02 && o.wrap_quads == 1);
     assert_int_equal(qw_option_set(&o, "wrap", "0.5q", message, sizeof message), QW_OK);
     assert_true(o.wrap == 1 && o.wrap_distance == 0 && o.wrap_quads == 0.5);
     assert_int_equal(qw_option_get(&o, "wrap", value, sizeof value), QW_OK);
