@@ -542,8 +542,8 @@ static void look_in_lanes(void *user, uint32_t block, uint32_t begin, uint32_t e
     }
 }
 
-/* A lane that had no room has left the seams of its two charts as they were just then: 2 where the rim was being walked
-   along, none between the two. */
+/* Where a lane ran out of memory it stopped half way: some seams of its two charts still have the mark 2 of the walk
+   along the rim, and those between the two are missing. All of them are 1 again. */
 static void mend_seams(const maker *k, const candidate *c)
 {
     const qw_atlas_mesh *m = k->m;

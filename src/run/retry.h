@@ -44,11 +44,10 @@ typedef struct qw_verdict {
     /* after RELAX */
     /* flag: the verdict is of the result composed of all attempts so far, component by component */
     uint32_t is_composed;
-    double uncovered; /* area that the quads leave uncovered, in quads */
-    double flipped;   /* quads: 1 that may be flipped, 2 one that certainly is */
-    double lacking;   /* quads that protrusions needed and had no room for, until it was made; 0: none */
-    double
-        misshapen; /* what this left, in quads: too long ones, and a ring and a half for each protrusion that is lost */
+    double uncovered;     /* area that the quads leave uncovered, in quads */
+    double flipped;       /* quads: 1 that may be flipped, 2 one that certainly is */
+    double lacking;       /* quads that protrusions needed and had no room for, until it was made; 0: none */
+    double misshapen;     /* what this left, in quads: too long ones, and six for each protrusion that is lost */
     uint32_t protrusions; /* that RELAX let grow; a repeated attempt has to grow them again */
     uint32_t working_vertices;
     /* after ASSEMBLE */

@@ -421,7 +421,7 @@ qw_wrap_lattice qw_wrap_lattice_fill(qw_env *env, const qw_wrap_frame *frame, co
     flood f = {.env = env, .lattice = &l};
     flood_from(&f, 0, QW_CELL_FREE, QW_CELL_OUTSIDE, extent);
     if (closes) close_gaps(env, &l);
-    do { /* ends, as each time there are fewer outside cells */
+    do { /* ends: outside cells only become fewer */
         fill_until_manifold(&f);
         reach_again(&f);
     } while (closes && close_gaps(env, &l));
