@@ -2,7 +2,7 @@
 #ifndef QW_CORE_CUT_H
 #define QW_CORE_CUT_H
 
-#include "run.h"
+#include "run_state.h"
 
 /* Whether a point, in the frame of the core, lies in the plane of the cut. */
 bool qw_is_in_cut(const qw_run_state *run, qw_vec3 point);

@@ -3,7 +3,7 @@
 #ifndef QW_JOINED_H
 #define QW_JOINED_H
 
-#include "run.h"
+#include "run_state.h"
 
 /* Turns the provenance of the finished quads into that of the joined mesh. Arrays of the current scope. */
 void qw_join_provenance(const qw_run_state *run, qw_provenance *provenance);

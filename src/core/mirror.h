@@ -9,10 +9,10 @@
 #define QW_CORE_MIRROR_H
 
 #include "attributes/crosses.h"
-#include "run.h"
+#include "run_state.h"
 
 /* In CORE: takes the first plane, from run->plan.plane on, that may be used, and cuts. Leaves the core as it is, and
-   says why, where no plane may be used. Sets what run.h says. Needs the core to be the whole. */
+   says why, where no plane may be used. Sets what run_state.h says. Needs the core to be the whole. */
 void qw_take_one_side(qw_run_state *run);
 
 /* In SIMPLIFY, so that their number is judged with the others, and in ASSEMBLE: the core's quads, those that would meet

@@ -2,7 +2,7 @@
 #ifndef QW_CORE_OUTPUT_H
 #define QW_CORE_OUTPUT_H
 
-#include "run.h"
+#include "run_state.h"
 
 /* Positions in the coordinates of the input of quads in the frame of a clean surface: double[quads->vertex_count][3] in
    the current scope. *flat: the index of a quad that has no area there, though its vertices were drawn apart, or

@@ -3,7 +3,7 @@
 #ifndef QW_CORE_REMAKE_H
 #define QW_CORE_REMAKE_H
 
-#include "run.h"
+#include "run_state.h"
 
 /* Replaces the components of quads that have flipped ones and can be made without, with about as many quads; *flipped,
    uint8_t[quads->face_count] (qw_flip), goes with them. All others stay as they are. Returns how many quads were

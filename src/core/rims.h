@@ -5,7 +5,7 @@
 #ifndef QW_FIXED_RIM_H
 #define QW_FIXED_RIM_H
 
-#include "run.h"
+#include "run_state.h"
 
 bool qw_keeps_rims(const qw_run_state *run);
 

@@ -3,7 +3,7 @@
 #ifndef QW_SMALL_H
 #define QW_SMALL_H
 
-#include "run.h"
+#include "run_state.h"
 
 /* Sets run->core for run->surface_faces. Needs what CLEAN leaves. */
 void qw_set_core(qw_run_state *run);

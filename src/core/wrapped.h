@@ -3,7 +3,7 @@
 #ifndef QW_CORE_WRAPPED_H
 #define QW_CORE_WRAPPED_H
 
-#include "run.h"
+#include "run_state.h"
 
 /* Sets run->whole.clean, as qw_clean_surface would, to a skin of the input; the polygon that each of its triangles
  * comes from is the nearest one. */

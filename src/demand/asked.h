@@ -2,7 +2,7 @@
 #ifndef QW_DEMAND_ASKED_H
 #define QW_DEMAND_ASKED_H
 
-#include "run.h"
+#include "run_state.h"
 
 /* What the options ask for, from 1 to 2e7. Needs what CLEAN leaves. */
 double qw_faces_wanted(const qw_run_state *run, const qw_options *options);

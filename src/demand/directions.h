@@ -2,7 +2,7 @@
 #ifndef QW_WISHES_H
 #define QW_WISHES_H
 
-#include "run.h"
+#include "run_state.h"
 
 /* Tangents to run->normal, as long as they count, 0 to 1: qw_vec3[working vertices] in the current scope; NULL where
    the caller asks for nothing. Needs what WORKING leaves. */

@@ -2,7 +2,7 @@
 #ifndef QW_GUIDES_H
 #define QW_GUIDES_H
 
-#include "run.h"
+#include "run_state.h"
 
 /* Makes the loops among the guides marked edges of run->surface, which has its other marks. Fails with QW_ARGUMENT
    where a guide is off the surface. */

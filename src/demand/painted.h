@@ -2,7 +2,7 @@
 #ifndef QW_PAINTED_H
 #define QW_PAINTED_H
 
-#include "run.h"
+#include "run_state.h"
 
 /* qw_density[run->surface.vertex_count], in the current scope; NULL where none was painted. Needs what CLEAN leaves,
    and run->surface. */

@@ -24,7 +24,7 @@ static const double QUADS = 1000, MANY_QUADS = 10000;
 /* The same at QUADS and at MANY_QUADS quads: on a surface without sharp edges, and on one with as many as a machined
    part. */
 static const double WORKING_EDGES_SMOOTH[2] = {1.1, 0.8}, WORKING_EDGES_PART[2] = {1.2, 1.0};
-/* From which detail (run.h) on a surface counts as a machined part, and as one with sharp edges everywhere. A way
+/* From which detail (run_state.h) on a surface counts as a machined part, and as one with sharp edges everywhere. A way
    around a handle or a hole counts as LOOP edges of the quads of sharp length. */
 static const double PART = 0.03, SHARP = 0.1, LOOP = 4;
 /* Least working edges an edge of the quads where `follow` is at least FOLLOW_ALL, so that the mesh shows what to

@@ -4,7 +4,7 @@
 
 #include "demand/asked.h"
 #include "demand/shares.h"
-#include "run.h"
+#include "run_state.h"
 
 /* The mean edge length of so many quads on the components that are not small. */
 double qw_edge_wanted(const qw_run_state *run, double faces);

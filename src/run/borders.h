@@ -4,7 +4,7 @@
 #ifndef QW_BORDERS_H
 #define QW_BORDERS_H
 
-#include "run.h"
+#include "run_state.h"
 
 #ifndef QW_CHECKS_BORDERS
 #define QW_CHECKS_BORDERS 0

@@ -4,7 +4,7 @@
 
 #include "quad/rounds.h"
 #include "quad/topology.h"
-#include "run.h"
+#include "run_state.h"
 #include "run/retry.h"
 
 typedef struct qw_judgement {

@@ -3,7 +3,7 @@
 #define QW_COVERAGE_H
 
 #include "quad/topology.h"
-#include "run.h"
+#include "run_state.h"
 
 /* The quads relaxed on the surface, in the current scope; *flipped as of qw_run_state. held: of qw_relax_target. */
 qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, const uint8_t *held, uint8_t **flipped);

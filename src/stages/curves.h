@@ -2,7 +2,7 @@
 #ifndef QW_STAGES_CURVES_H
 #define QW_STAGES_CURVES_H
 
-#include "run.h"
+#include "run_state.h"
 
 /* From run->curve_outcome. */
 void qw_report_curves(qw_run_state *run);

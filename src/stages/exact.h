@@ -2,7 +2,7 @@
 #ifndef QW_STAGES_EXACT_H
 #define QW_STAGES_EXACT_H
 
-#include "run.h"
+#include "run_state.h"
 
 /* In ASSEMBLE: moves run->finished and run->output, and says in the report onto what. is_cage: the quads are those of a
    limit surface, so that only what is flat all around stays in its plane. evens: rows and circles are made even. */

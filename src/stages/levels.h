@@ -3,7 +3,7 @@
 #ifndef QW_STAGES_LEVELS_H
 #define QW_STAGES_LEVELS_H
 
-#include "run.h"
+#include "run_state.h"
 
 /* The choices of the option `fit_to`, in its order. */
 enum { QW_FIT_TO_QUADS, QW_FIT_TO_LIMIT };

@@ -2,7 +2,7 @@
 #ifndef QW_LOST_EDGES_H
 #define QW_LOST_EDGES_H
 
-#include "run.h"
+#include "run_state.h"
 
 /* Sets report->lost_edges and report->faces_for_edges of the quads, and warns where a sharp edge is gone. */
 void qw_report_lost_edges(qw_run_state *run, const qw_quadmesh *quads);

@@ -5,7 +5,7 @@
 #define QW_STAGES_H
 
 #include "integer/regular.h"
-#include "run.h"
+#include "run_state.h"
 
 #define QW_STAGE(name, title, source, weight) void qw_stage_##name(qw_run_state *run);
 #include "quadwright/stages.def"
@@ -14,7 +14,7 @@
 /* Whether the integers come from closed offsets, which need no position field. */
 static inline bool qw_is_closed_flow(const qw_options *options) { return options->flow == QW_FLOW_CLOSED; }
 
-/* What HIERARCHY leaves, for a stage that finds none: run.h. In the current scope. */
+/* What HIERARCHY leaves, for a stage that finds none: run_state.h. In the current scope. */
 qw_hierarchy *qw_build_hierarchy(const qw_run_state *run);
 
 /* In WORKING: sets run->constraint and run->direction, the feature constraints of the working mesh. */

@@ -1,4 +1,4 @@
-#include "run.h"
+#include "run_state.h"
 
 #include <stdio.h>
 #include <string.h>

@@ -1,8 +1,8 @@
 /* The state of one run: the values that the stages hand on, in order. Each stage reads what earlier ones left and
  * writes its own part; none changes another's. What is added here, or to what is held here, needs a line in state.def.
  */
-#ifndef QW_RUN_H
-#define QW_RUN_H
+#ifndef QW_RUN_STATE_H
+#define QW_RUN_STATE_H
 
 #include "base/env.h"
 #include "feature/verdict.h"
@@ -118,8 +118,8 @@ typedef struct qw_run_state {
     qw_vec3 *lattice;
     /* REGULAR */
     uint8_t *curve_outcome; /* curve_verdict, with those that the integers have not kept */
-    uint32_t
-        is_crowded; /* flag: the decimated complex has more triangles than quads are wanted, or lines run together */
+    /* flag: the decimated complex has more triangles than quads are wanted, or lines run together */
+    uint32_t is_crowded;
     uint32_t stiffening_changes_nothing; /* flag: stiffer triangles would be flattened to the same integers */
     int64_t irregular;                   /* triangles that break Eq. (3): the paper's flows may leave some */
     /* INVERSIONS */
