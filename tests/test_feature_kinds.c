@@ -235,6 +235,56 @@ static void thin_fins_stay(void **state)
     }
 }
 
+static bool is_fin(int x, int y, int z) { return z == 0 || (x == 1 && y % 2 == 1); }
+
+/* Corners of what stands on the top of a block of cells, off by more than 1e-4 from each vertex of the quads. */
+static int missed_above(const shape *s, const qw_result *result)
+{
+    int count = 0;
+    for (uint32_t v = 0; v < s->vertex_count; v++) {
+        const double *p = s->position + 3 * (size_t)v;
+        bool is_above = p[0] > 0 && p[0] < 20 && p[1] > 0 && p[1] < 10 && p[2] > 0;
+        count += is_above && !(distance_to(result, p) < 1e-4);
+    }
+    return count;
+}
+
+/* Ends of a low rib on a block, a fifth of a quad wide and high: both ends of each of its short edges are corners, and
+   no vertex lies between them. */
+static void low_ribs_stay(void **state)
+{
+    (void)state;
+    static const double at[3][4] = {{0, 5, 15, 20}, {0, 4.85, 5.15, 10}, {0, 5, 5.3}};
+    shape s = shape_of_cells(3, 3, 2, 1, is_fin);
+    for (uint32_t v = 0; v < s.vertex_count; v++)
+        for (int i = 0; i < 3; i++) s.position[3 * v + (uint32_t)i] = at[i][(int)s.position[3 * v + (uint32_t)i]];
+    for (int64_t faces = 350; faces <= 500; faces += 50) {
+        qw_result *result = quads_of(&s, faces);
+        assert_int_equal(qw_result_report(result)->merged_arcs, 0);
+        assert_int_equal(qw_result_report(result)->topology.irregular, 16);
+        assert_int_equal(missed_above(&s, result), 0);
+        qw_result_destroy(result);
+    }
+    shape_free(&s);
+}
+
+/* Five fins and the gaps between them, a quarter of a quad wide: more curves touch than a quarter of the quads. */
+static void rows_of_fins_stay(void **state)
+{
+    (void)state;
+    shape s = shape_of_cells(3, 11, 2, 1, is_fin);
+    for (uint32_t v = 0; v < s.vertex_count; v++) {
+        double *p = s.position + 3 * (size_t)v;
+        p[0] = p[0] == 3 ? 20 : p[0] * p[0] * 2.5 + p[0] * 2.5; /* 0, 5, 15, 20 */
+        p[1] = p[1] == 0 ? 0 : p[1] == 11 ? 10 : 1.5 + p[1] / 2;
+        p[2] = p[2] == 2 ? 7 : p[2] * 5;
+    }
+    qw_result *result = quads_of(&s, 250);
+    assert_int_equal(qw_result_report(result)->topology.irregular, 48);
+    assert_int_equal(missed_above(&s, result), 0);
+    qw_result_destroy(result), shape_free(&s);
+}
+
 /* Ledges too narrow for a row of quads are named, with how long they are and where; those that are kept are followed.
  */
 static void curves_that_give_way_are_named(void **state)
@@ -331,6 +381,8 @@ QW_TEST_SUITE(feature_kinds)
         cmocka_unit_test(round_ends_and_noise_have_no_points),
         cmocka_unit_test(narrow_ledges_stay),
         cmocka_unit_test(thin_fins_stay),
+        cmocka_unit_test(low_ribs_stay),
+        cmocka_unit_test(rows_of_fins_stay),
         cmocka_unit_test(curves_that_give_way_are_named),
         cmocka_unit_test(lost_edges_are_told),
         cmocka_unit_test(edges_that_no_count_would_hold),

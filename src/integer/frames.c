@@ -213,6 +213,53 @@ static void repair_corner(framing *g, uint32_t start)
     } while (h != QW_NONE && h != start);
 }
 
+/* ---- corners beside corners */
+
+/* The sector of the tail of h, a corner, in which the triangle of h lies; false where it has no two curves. */
+static bool find_sector(const qw_offset_mesh *m, uint32_t h, sector *s)
+{
+    *s = (sector){.first = h};
+    while (!m->fixed[m->edge[s->first]]) {
+        uint32_t t = m->twin[s->first];
+        if (t == QW_NONE || (s->first = qw_next(t)) == h) return false;
+    }
+    for (s->last = s->first;; s->last = m->twin[qw_prev(s->last)]) {
+        s->angle += corner_angle(m, s->last) / QUARTER;
+        uint32_t back = qw_prev(s->last);
+        if (m->fixed[m->edge[back]]) break;
+        if (m->twin[back] == QW_NONE || m->twin[back] == s->first) return false;
+    }
+    return m->edge[qw_prev(s->last)] != m->edge[s->first];
+}
+
+/* Quarters that a sector has beyond those that its angle wants. */
+static int surplus_of(const qw_offset_mesh *m, const sector *s)
+{
+    int wanted = (int)qw_round_even(s->angle);
+    return quarters_of(m, s) - (wanted > 1 ? wanted : 1);
+}
+
+/* Between two corners that one edge of a curve joins there is no other vertex to take the quarter turn that one has and
+   the other lacks, as both ends of a narrow ledge may. It goes from one to the other by way of the edge, which lies
+   along the other axis of the triangle then. */
+static void exchange_quarter(framing *g, uint32_t h)
+{
+    qw_offset_mesh *m = g->m;
+    sector one, two;
+    if (!find_sector(m, h, &one) || !find_sector(m, qw_next(h), &two)) return;
+    int surplus = surplus_of(m, &one);
+    if (surplus == 0 || surplus + surplus_of(m, &two) != 0) return;
+    uint8_t had = m->rot[h];
+    for (int by = 1; by < 4; by++) {
+        m->rot[h] = (uint8_t)((had + by) & 3);
+        if (surplus_of(m, &one) != 0 || surplus_of(m, &two) != 0) continue;
+        m->index[m->corner[h]] = (int8_t)(m->index[m->corner[h]] + surplus);
+        m->index[m->corner[qw_next(h)]] = (int8_t)(m->index[m->corner[qw_next(h)]] - surplus);
+        return;
+    }
+    m->rot[h] = had;
+}
+
 /* A half-edge that leaves each vertex along a curve, or QW_NONE. */
 static uint32_t *curve_starts(qw_env *env, const qw_offset_mesh *m)
 {
@@ -240,5 +287,9 @@ void qw_set_frames(qw_env *env, qw_offset_mesh *m, const uint8_t *turn, bool at_
     uint32_t *start = curve_starts(env, m);
     for (uint32_t v = 0; v < m->vertex_count && at_corners; v++)
         if (m->constraint[v] == QW_VERTEX_CORNER && start[v] != QW_NONE) repair_corner(&g, start[v]);
+    for (uint32_t h = 0; h < 3 * m->face_count && at_corners; h++)
+        if (m->fixed[m->edge[h]] && m->constraint[m->corner[h]] == QW_VERTEX_CORNER &&
+            m->constraint[m->corner[qw_next(h)]] == QW_VERTEX_CORNER)
+            exchange_quarter(&g, h);
     qw_free(env, start), qw_free(env, g.lack), qw_free(env, g.cone);
 }

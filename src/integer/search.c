@@ -11,9 +11,9 @@
 
 /* MOST_APART: larger complexes, in edges, skip the second search, which keeps curves apart. */
 enum { MOST_APART = 4000 };
-/* APART_SHARE: the second search is accepted if at most this share of the contacts remains. MOST_TOUCHING: it is
-   skipped above this many contacts a quad, as each takes a row of quads, and it would find nothing in ten times the
-   time. */
+/* APART_SHARE: the second search is accepted if at most this share of the contacts remains. MOST_TOUCHING: where the
+   complex has more triangles than quads are wanted, it is skipped above this many contacts a quad, as each takes a row
+   of quads, and it would find nothing in ten times the time. */
 static const double APART_SHARE = 0.25, MOST_TOUCHING = 0.25;
 
 static void add_counts(qw_regular_counts *sum, const qw_regular_counts *c)
@@ -68,7 +68,7 @@ static void keep_apart(qw_env *env, qw_components *components, qw_search *s, uin
 {
     double quads = s->wish.quads;
     uint32_t touching = s->edges > MOST_APART ? 0 : count_touching(env, s);
-    if (touching == 0 || touching > MOST_TOUCHING * quads) return;
+    if (touching == 0 || (s->wish.effort < 1 && touching > MOST_TOUCHING * quads)) return;
     for (uint32_t p = 0; p < components->count; p++) qw_set_signs(env, &components->component[p]);
     qw_search_wish wish = s->wish;
     wish.apart = true;
