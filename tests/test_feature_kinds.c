@@ -301,7 +301,9 @@ static void curves_that_give_way_are_named(void **state)
     double sum = 0;
     for (uint32_t i = 0; i < r->curve_count; i++) {
         sum += r->curves[i].length;
-        assert_true(fabs(r->curves[i].at[0] - 20) < 1e-3 && fabs(r->curves[i].at[1] - 4) < 1e-3); /* its outer edge */
+        double x = r->curves[i].at[0]; /* its outer edge, or across its end */
+        assert_true((fabs(x - 20) < 1e-3 || (x > 19 && r->curves[i].length < 0.2)) &&
+                    fabs(r->curves[i].at[1] - 4) < 1e-3);
         assert_true(i == 0 || r->curves[i].length <= r->curves[i - 1].length);
     }
     assert_true(sum > 2 && sum < 4); /* 20 long, edges of 7 */
@@ -309,6 +311,31 @@ static void curves_that_give_way_are_named(void **state)
     assert_int_equal(r->feature_arcs, 18); /* of a block with a ledge along one side */
     assert_true(r->curve_count == 0 && r->arcs_given_up == 0 && r->lost_edges == 0);
     qw_result_destroy(narrow), qw_result_destroy(wide), shape_free(&s);
+}
+
+/* A ledge that is a fifth of an edge wide near its middle, more at one end and less at the other, gives way or is kept
+   as a whole, with its ends: no arc of it is cut. */
+static void ledges_have_one_verdict(void **state)
+{
+    (void)state;
+    static const double at[3][3] = {{0, 19.7, 20}, {0, 5, 10}, {0, 20, 20}};
+    shape s = shape_of_cells(2, 2, 1, 1, is_ledge);
+    for (uint32_t v = 0; v < s.vertex_count; v++) {
+        double *p = s.position + 3 * (size_t)v;
+        bool is_between = p[0] == 1;
+        for (int i = 0; i < 3; i++) p[i] = at[i][(int)p[i]];
+        if (is_between) p[0] = p[2] == 0 ? 19.76 : 19.64;
+    }
+    for (int64_t faces = 400; faces <= 800; faces += 100) {
+        qw_result *result = quads_of(&s, faces);
+        const qw_report *r = qw_result_report(result);
+        assert_int_equal(r->feature_arcs, 18);
+        assert_true((r->merged_arcs == 3 && r->topology.irregular == 8) ||
+                    (r->merged_arcs == 0 && r->topology.irregular == 12));
+        assert_int_equal(r->dropped_arcs, 0);
+        qw_result_destroy(result);
+    }
+    shape_free(&s);
 }
 
 /* Too few quads for the fins: the report says so, and the count that it names will do. */
@@ -384,6 +411,7 @@ QW_TEST_SUITE(feature_kinds)
         cmocka_unit_test(low_ribs_stay),
         cmocka_unit_test(rows_of_fins_stay),
         cmocka_unit_test(curves_that_give_way_are_named),
+        cmocka_unit_test(ledges_have_one_verdict),
         cmocka_unit_test(lost_edges_are_told),
         cmocka_unit_test(edges_that_no_count_would_hold),
         cmocka_unit_test(corners_of_outlines_are_vertices),

@@ -85,3 +85,12 @@ void qw_sort_u64(uint64_t *item, size_t count)
         held--, item = part[held].item, count = part[held].count, splits = part[held].splits;
     }
 }
+
+size_t qw_sort_once(uint64_t *item, size_t count)
+{
+    size_t kept = 0;
+    qw_sort_u64(item, count);
+    for (size_t i = 0; i < count; i++)
+        if (i == 0 || item[i] != item[i - 1]) item[kept++] = item[i];
+    return kept;
+}

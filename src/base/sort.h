@@ -9,6 +9,9 @@
 
 void qw_sort_u64(uint64_t *item, size_t count);
 
+/* Sorts, and leaves each once. Returns how many are left. */
+size_t qw_sort_once(uint64_t *item, size_t count);
+
 /* Keys of numbers that are not negative, in the same order as these. */
 static inline uint32_t qw_float_key(float x)
 {

@@ -1,32 +1,24 @@
-/* Curve edges are looked at in pairs that an edge of the mesh connects, as the mesh is about as fine as curves may be
- * close. The weaker arc of a pair gives way, so that it is always the same of two curves: each counts what else lies
- * close beside it, as it would stand for that as well. So of the three edges of a rounded rim the middle one stays,
- * where the two others, each sharper, would leave a row of quads between them that is too thin. */
+/* The weaker arc of a pair that lies side by side gives way, so that it is always the same of two curves: each counts
+ * what else lies close beside it, as it would stand for that as well. So of the three edges of a rounded rim the middle
+ * one stays, where the two others, each sharper, would leave a row of quads between them that is too thin. */
 #include "feature/decide.h"
 
 #include "base/sort.h"
-#include "feature/graph.h"
+#include "feature/bands.h"
 
 #include <assert.h>
 #include <math.h>
 
-/* Cosine of a quarter of a right angle: wider sectors are kept open, see hierarchy/sectors.c. */
-static const float PARALLEL = 0.92387953f;
-/* Of `least`: below a fifth of an edge a row of quads would be too thin; see integer/narrow_bands.h for wider ones. */
-static const float CLOSE = 0.4f;
-static const float OVERLAP = 0.25f; /* of the shorter edge that must lie beside the other */
-enum { ROUNDS = 4 };                /* of letting go what is left too short */
+enum { ROUNDS = 4 }; /* of letting go what is left too short */
 
 typedef struct decision {
     const qw_trimesh *mesh;
-    const uint32_t *outgoing;
     qw_feature_graph graph; /* of what is kept so far */
-    uint8_t *verdict;       /* uint8_t[3 face_count] */
-    uint64_t *pair;         /* lower half-edges of curve edges that are side by side; NULL: they are counted only */
-    size_t pair_count;
+    qw_bands bands;
+    uint8_t *verdict; /* uint8_t[3 face_count] */
+    uint8_t *goes_on; /* uint8_t[vertex_count]: 1: at the end of a band that gives way: what ends there is not loose */
 } decision;
 
-static bool is_curve(const qw_trimesh *mesh, uint32_t h) { return qw_is_curve_edge(mesh, h, true); }
 static qw_vec3 along(const qw_trimesh *mesh, uint32_t h)
 {
     return qw_sub(mesh->position[mesh->corner[qw_next(h)]], mesh->position[mesh->corner[h]]);
@@ -36,77 +28,6 @@ static void give_way(decision *d, uint32_t h, qw_curve_verdict verdict)
 {
     assert(d->mesh->twin[h] != QW_NONE && verdict != QW_CURVE_KEPT);
     d->verdict[h] = d->verdict[d->mesh->twin[h]] = (uint8_t)verdict;
-}
-
-/* ---- side by side */
-
-static bool side_by_side(const qw_trimesh *mesh, uint32_t a, uint32_t b, float least)
-{
-    assert(a < 3 * mesh->face_count && b < 3 * mesh->face_count);
-    qw_vec3 p = mesh->position[mesh->corner[a]], da = along(mesh, a), db = along(mesh, b);
-    float la = qw_length(da), lb = qw_length(db);
-    if (!(la > 0 && lb > 0)) return false;
-    qw_vec3 d = qw_scale(da, 1 / la);
-    float turn = qw_dot(d, db) / lb;
-    if (fabsf(turn) < PARALLEL) return false;
-    qw_vec3 from = qw_sub(mesh->position[mesh->corner[b]], p), to = qw_add(from, db);
-    float x = qw_dot(from, d), y = qw_dot(to, d), low = fmaxf(fminf(x, y), 0), high = fminf(fmaxf(x, y), la);
-    if (high - low < OVERLAP * fminf(la, lb)) return false;
-    float middle = (low + high) / 2, t = fabsf(y - x) > 0 ? (middle - x) / (y - x) : 0;
-    return qw_length(qw_sub(qw_madd(from, t, db), qw_scale(d, middle))) < least;
-}
-
-static void compare(decision *d, uint32_t a, uint32_t b, float least)
-{
-    const qw_feature_graph *g = &d->graph;
-    uint32_t ra = g->arc_of[a], rb = g->arc_of[b];
-    /* side by side from one node on they are an acute corner: one of them gives way there, but only near the corner
-       (integer/acute_corners.h) */
-    if (ra == rb || qw_arcs_share_node(g, ra, rb) || !side_by_side(d->mesh, a, b, least)) return;
-    if (d->pair) d->pair[d->pair_count] = qw_pair_key(qw_lower_half(d->mesh, a), qw_lower_half(d->mesh, b));
-    d->pair_count++;
-}
-
-/* All curve edges at one end of h against all at the other. */
-static void compare_ends(decision *d, uint32_t h, float least)
-{
-    assert(h < 3 * d->mesh->face_count);
-    const qw_trimesh *mesh = d->mesh;
-    uint32_t u = mesh->corner[h], v = mesh->corner[qw_next(h)], i = d->outgoing[u];
-    do {
-        for (int side = 0; side < 2; side++) { /* the incoming one too, for the last of an open fan */
-            uint32_t a = side ? qw_prev(i) : i;
-            if (!is_curve(mesh, a) || (side && mesh->twin[a] != QW_NONE)) continue;
-            uint32_t j = d->outgoing[v];
-            do {
-                if (is_curve(mesh, j)) compare(d, a, j, least);
-                if (mesh->twin[qw_prev(j)] == QW_NONE) compare(d, a, qw_prev(j), least);
-                j = qw_around(mesh, j);
-            } while (j != QW_NONE && j != d->outgoing[v]);
-        }
-        i = qw_around(mesh, i);
-    } while (i != QW_NONE && i != d->outgoing[u]);
-}
-
-static void compare_all(decision *d, const float *least)
-{
-    const qw_trimesh *mesh = d->mesh;
-    d->pair_count = 0;
-    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
-        uint32_t u = mesh->corner[h], v = mesh->corner[qw_next(h)];
-        if (d->graph.degree[u] && d->graph.degree[v] && qw_lower_half(mesh, h) == h)
-            compare_ends(d, h, CLOSE * fminf(least[u], least[v]));
-    }
-}
-
-/* Sorts, and leaves each once. */
-static size_t sort_once(uint64_t *key, size_t count)
-{
-    size_t kept = 0;
-    qw_sort_u64(key, count);
-    for (size_t i = 0; i < count; i++)
-        if (i == 0 || key[i] != key[i - 1]) key[kept++] = key[i];
-    return kept;
 }
 
 /* ---- which of two gives way */
@@ -141,14 +62,15 @@ static company find_company(qw_env *env, const decision *d)
     const qw_feature_graph *g = &d->graph;
     size_t count = 0;
     uint32_t *place = QW_NEW(env, uint32_t, 3 * (size_t)d->mesh->face_count);
-    uint64_t *beside = QW_NEW(env, uint64_t, 2 * d->pair_count);
+    uint64_t *beside = QW_NEW(env, uint64_t, 2 * d->bands.narrow_count);
     for (uint32_t i = 0; i < g->arc_count; i++)
         for (uint32_t k = g->arc[i].begin; k < g->arc[i].begin + g->arc[i].count; k++) place[g->half[k]] = k;
-    for (size_t i = 0; i < 2 * d->pair_count; i++) {
-        uint32_t h[2] = {(uint32_t)(d->pair[i / 2] >> 32), (uint32_t)d->pair[i / 2]}, other = g->arc_of[h[1 - i % 2]];
+    for (size_t i = 0; i < 2 * d->bands.narrow_count; i++) {
+        uint32_t h[2] = {(uint32_t)(d->bands.narrow[i / 2] >> 32), (uint32_t)d->bands.narrow[i / 2]},
+                 other = g->arc_of[h[1 - i % 2]];
         if (isfinite(g->arc[other].strength)) beside[count++] = (uint64_t)place[h[i % 2]] << 32 | other;
     }
-    count = sort_once(beside, count);
+    count = qw_sort_once(beside, count);
     company c = {0, QW_NEW(env, uint64_t, count), QW_NEW(env, float, count), QW_NEW_ZERO(env, float, g->arc_count)};
     for (size_t i = 0, end; i < count; i = end) {
         uint32_t arc = g->arc_of[g->half[beside[i] >> 32]];
@@ -173,18 +95,30 @@ static float strength_beside(const decision *d, const company *c, uint32_t arc, 
     return d->graph.arc[arc].strength + (is_alone ? 0 : c->sum[arc] - own);
 }
 
+/* What lies across the end of a band that gives way is part of it. */
+static void let_ends_go(decision *d)
+{
+    for (uint32_t i = 0; i < d->graph.arc_count; i++) {
+        const qw_feature_arc *arc = &d->graph.arc[i];
+        if (!d->bands.is_across[i]) continue;
+        for (uint32_t k = 0; k < arc->count; k++) give_way(d, d->graph.half[arc->begin + k], QW_CURVE_MERGED);
+        d->goes_on[arc->node[0]] = d->goes_on[arc->node[1]] = 1;
+    }
+}
+
 /* Whether any edge gives way. */
 static bool let_weaker_go(qw_env *env, decision *d)
 {
     company c = find_company(env, d);
     bool any = false;
-    for (size_t i = 0; i < d->pair_count; i++) {
-        uint32_t a = (uint32_t)(d->pair[i] >> 32), b = (uint32_t)d->pair[i], ra = d->graph.arc_of[a],
+    for (size_t i = 0; i < d->bands.narrow_count; i++) {
+        uint32_t a = (uint32_t)(d->bands.narrow[i] >> 32), b = (uint32_t)d->bands.narrow[i], ra = d->graph.arc_of[a],
                  rb = d->graph.arc_of[b];
         float sa = strength_beside(d, &c, ra, rb), sb = strength_beside(d, &c, rb, ra);
         uint32_t weaker = sa < sb || (!(sb < sa) && ra > rb) ? a : b;
         if (d->mesh->twin[weaker] != QW_NONE) give_way(d, weaker, QW_CURVE_MERGED), any = true;
     }
+    if (any) let_ends_go(d);
     return any;
 }
 
@@ -200,7 +134,8 @@ static bool let_pieces_go(qw_env *env, decision *d, const float *least)
     for (uint32_t i = 0; i < d->graph.arc_count; i++) {
         const qw_feature_arc *arc = &d->graph.arc[i];
         uint32_t loose = 0;
-        for (int k = 0; k < 2; k++) loose += arc->node[k] != QW_NONE && d->graph.degree[arc->node[k]] == 1;
+        for (int k = 0; k < 2; k++)
+            loose += arc->node[k] != QW_NONE && d->graph.degree[arc->node[k]] == 1 && !d->goes_on[arc->node[k]];
         for (uint32_t k = arc->begin; k < arc->begin + arc->count; k++) {
             uint32_t h = d->graph.half[k];
             if (mesh->twin[h] == QW_NONE || !(arc->length < 2 * least[mesh->corner[h]] * (float)loose)) continue;
@@ -218,13 +153,10 @@ uint8_t *qw_decide_curves(qw_env *env, const qw_trimesh *mesh, const float *leas
     decision d = {.mesh = mesh, .verdict = qw_all_curves_kept(env, mesh, true)};
     if (!mesh->mark) return d.verdict;
     qw_scope_begin(env);
-    d.outgoing = qw_trimesh_outgoing(env, mesh);
     d.graph = qw_feature_graph_build(env, mesh, d.verdict, QW_VERDICT_BIT(QW_CURVE_KEPT));
-    compare_all(&d, least);
-    d.pair = QW_NEW(env, uint64_t, d.pair_count);
-    compare_all(&d, least);
-    d.pair_count = sort_once(d.pair, d.pair_count);
-    bool any = d.pair_count > 0 && let_weaker_go(env, &d);
+    d.goes_on = QW_NEW_ZERO(env, uint8_t, mesh->vertex_count);
+    d.bands = qw_find_bands(env, mesh, &d.graph, least);
+    bool any = d.bands.narrow_count > 0 && let_weaker_go(env, &d);
     for (int round = 0; round < ROUNDS && any; round++) any = let_pieces_go(env, &d, least);
     qw_scope_end(env);
     return d.verdict;

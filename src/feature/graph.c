@@ -157,3 +157,18 @@ bool qw_arcs_share_node(const qw_feature_graph *graph, uint32_t a, uint32_t b)
         if (x[i / 2] != QW_NONE && x[i / 2] == y[i % 2]) return true;
     return false;
 }
+
+uint32_t qw_curves_at(const qw_feature_graph *graph, const qw_trimesh *mesh, const uint32_t *outgoing, uint32_t v,
+                      uint32_t *half)
+{
+    assert(v < mesh->vertex_count);
+    uint32_t count = 0, h = outgoing[v];
+    do {
+        if (graph->arc_of[h] != QW_NONE) half[count++] = h;
+        uint32_t in = qw_prev(h);
+        if (mesh->twin[in] == QW_NONE && graph->arc_of[in] != QW_NONE) half[count++] = in;
+        h = qw_around(mesh, h);
+    } while (h != QW_NONE && h != outgoing[v]);
+    assert(count == graph->degree[v]);
+    return count;
+}

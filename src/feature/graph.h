@@ -41,6 +41,11 @@ bool qw_are_verdicts_of(const qw_trimesh *mesh, const uint8_t *verdict);
 /* Whether two arcs end at one node: side by side they are an acute corner. */
 bool qw_arcs_share_node(const qw_feature_graph *graph, uint32_t a, uint32_t b);
 
+/* Lists the edges of arcs at a vertex, each by the half-edge that leaves it or, for the last of an open fan, comes in.
+   outgoing: of the mesh; half: room for degree[v]. Returns degree[v]. */
+uint32_t qw_curves_at(const qw_feature_graph *graph, const qw_trimesh *mesh, const uint32_t *outgoing, uint32_t v,
+                      uint32_t *half);
+
 static inline uint32_t qw_lower_half(const qw_trimesh *mesh, uint32_t h)
 {
     uint32_t t = mesh->twin[h];
