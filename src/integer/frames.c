@@ -232,11 +232,12 @@ static bool find_sector(const qw_offset_mesh *m, uint32_t h, sector *s)
     return m->edge[qw_prev(s->last)] != m->edge[s->first];
 }
 
-/* Quarters that a sector has beyond those that its angle wants. */
+/* Quarters that a sector has beyond those that its angle wants; 0 where it is left alone. */
 static int surplus_of(const qw_offset_mesh *m, const sector *s)
 {
-    int wanted = (int)qw_round_even(s->angle);
-    return quarters_of(m, s) - (wanted > 1 ? wanted : 1);
+    int quarters = quarters_of(m, s), wanted = (int)qw_round_even(s->angle);
+    if (quarters > 0 && fabsf((float)quarters - s->angle) <= ENOUGH) return 0;
+    return quarters - (wanted > 1 ? wanted : 1);
 }
 
 /* Between two corners that one edge of a curve joins there is no other vertex to take the quarter turn that one has and
