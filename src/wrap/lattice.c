@@ -82,8 +82,9 @@ bool qw_triangle_meets_box(const double p[3][3], const double centre[3], const d
 
 typedef struct marking {
     qw_env *env;
-    qw_wrap_lattice *lattice;
+    const qw_wrap_frame *frame;
     const qw_wrap_triangles *triangles;
+    qw_cell_set met;
     /* the triangles whose boxes meet a slab: uint32_t[slabs + 1], uint32_t[begin[slabs]]; list NULL: all may */
     uint32_t *begin, *list;
 } marking;
@@ -92,7 +93,7 @@ typedef struct marking {
 typedef struct each {
     bool (*on)(void *user, const uint32_t at[3]);
     void *user;
-    const uint8_t *cell; /* of the lattice: those that are QW_CELL_MET are passed over; NULL: none */
+    const qw_cell_set *met; /* those are passed over; NULL: none */
 } each;
 
 /* Calls on(user, cell) for each of the cells low <= at < high that the triangle meets: they are halved until they are
@@ -107,7 +108,7 @@ static bool each_cell(const qw_wrap_frame *f, const double p[3][3], const uint32
         if (high[k] - low[k] > high[longest] - low[longest]) longest = k;
     }
     bool is_one = high[longest] - low[longest] == 1;
-    if (is_one && e->cell && e->cell[qw_cell_index(f, low[0], low[1], low[2])] == QW_CELL_MET) return true;
+    if (is_one && e->met && qw_cell_set_has(e->met, low[0], low[1], low[2])) return true;
     if (!qw_triangle_meets_box(p, centre, half, SLACK * f->side)) return true;
     if (is_one) return e->on(e->user, low);
     uint32_t middle = (low[longest] + high[longest]) / 2, end[3], begin[3];
@@ -119,8 +120,7 @@ static bool each_cell(const qw_wrap_frame *f, const double p[3][3], const uint32
 
 static bool mark(void *user, const uint32_t at[3])
 {
-    qw_wrap_lattice *l = user;
-    l->cell[qw_cell_index(&l->frame, at[0], at[1], at[2])] = QW_CELL_MET;
+    qw_cell_set_add(user, at[0], at[1], at[2]);
     return true;
 }
 
@@ -149,7 +149,7 @@ static uint64_t sort_into_slabs(const marking *m)
         uint32_t low[3], high[3];
         if (t % LISTEN == 0) qw_break_silence(m->env);
         triangle_at(m, t, p);
-        cells_of(&m->lattice->frame, (const double(*)[3])p, low, high);
+        cells_of(m->frame, (const double(*)[3])p, low, high);
         for (uint32_t s = low[2] / SLAB; low[2] < high[2] && s <= (high[2] - 1) / SLAB; s++, all++) {
             if (m->list) m->list[m->begin[s]] = t;
             m->begin[s]++;
@@ -161,7 +161,7 @@ static uint64_t sort_into_slabs(const marking *m)
 /* Sets begin and list. */
 static void list_triangles(marking *m)
 {
-    uint32_t slabs = qw_block_count(m->lattice->frame.cells[2], SLAB), all = 0;
+    uint32_t slabs = qw_block_count(m->frame->cells[2], SLAB), all = 0;
     m->begin = QW_NEW_ZERO(m->env, uint32_t, (size_t)slabs + 1);
     if (sort_into_slabs(m) > MOST_SLABS * (uint64_t)m->triangles->count) return;
     for (uint32_t s = 0; s <= slabs; s++) {
@@ -176,9 +176,9 @@ static void list_triangles(marking *m)
 
 static void mark_slab(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
-    const marking *m = user;
-    const qw_wrap_frame *f = &m->lattice->frame;
-    const each marks = {mark, m->lattice, m->lattice->cell};
+    marking *m = user;
+    const qw_wrap_frame *f = m->frame;
+    const each marks = {mark, &m->met, &m->met};
     uint32_t first = m->list ? m->begin[block] : 0, last = m->list ? m->begin[block + 1] : m->triangles->count;
     for (uint32_t i = first; i < last; i++) {
         double p[3][3];
@@ -192,62 +192,15 @@ static void mark_slab(void *user, uint32_t block, uint32_t begin, uint32_t end)
     }
 }
 
-/* ---- floods */
-
-typedef struct flood {
-    qw_env *env;
-    qw_wrap_lattice *lattice;
-    uint32_t *stack;
-    size_t capacity, count, done;
-} flood;
-
-static void push(flood *f, size_t cell)
+/* Those that a triangle meets. A slab is a row of words, so that no two tasks write into one. */
+static qw_cell_set met_cells(qw_env *env, const qw_wrap_frame *frame, const qw_wrap_triangles *triangles)
 {
-    f->stack = qw_grow(f->env, f->stack, &f->capacity, f->count + 1, sizeof *f->stack);
-    f->stack[f->count++] = (uint32_t)cell;
-}
-
-/* The steps to the six neighbours of a cell, in the order -x, x, -y, y, -z, z. */
-static void steps_of(const qw_wrap_frame *f, ptrdiff_t step[6])
-{
-    step[1] = 1, step[3] = f->cells[0], step[5] = (ptrdiff_t)f->cells[0] * f->cells[1];
-    for (int i = 0; i < 6; i += 2) step[i] = -step[i + 1];
-}
-
-static void place_of(const qw_wrap_frame *f, size_t cell, uint32_t at[3])
-{
-    at[0] = (uint32_t)(cell % f->cells[0]), cell /= f->cells[0];
-    at[1] = (uint32_t)(cell % f->cells[1]), at[2] = (uint32_t)(cell / f->cells[1]);
-}
-
-/* Makes all that is joined across faces to a cell of kind `from` one of `to`; the cells and their extent. */
-static size_t flood_from(flood *f, size_t first, uint8_t from, uint8_t to, uint32_t extent[3])
-{
-    const qw_wrap_frame *frame = &f->lattice->frame;
-    uint8_t *cell = f->lattice->cell;
-    ptrdiff_t step[6];
-    uint32_t low[3], high[3], at[3];
-    size_t count = 0;
-    steps_of(frame, step);
-    place_of(frame, first, low), place_of(frame, first, high);
-    cell[first] = to, push(f, first);
-    while (f->count > 0) {
-        size_t c = f->stack[--f->count];
-        place_of(frame, c, at);
-        count++;
-        if (++f->done % LISTEN == 0) qw_break_silence(f->env);
-        for (int k = 0; k < 3; k++) {
-            if (at[k] < low[k]) low[k] = at[k];
-            if (at[k] > high[k]) high[k] = at[k];
-        }
-        for (int i = 0; i < 6; i++) {
-            if (i % 2 ? at[i / 2] + 1 == frame->cells[i / 2] : at[i / 2] == 0) continue;
-            size_t next = (size_t)((ptrdiff_t)c + step[i]);
-            if (cell[next] == from) cell[next] = to, push(f, next);
-        }
-    }
-    for (int k = 0; k < 3; k++) extent[k] = high[k] - low[k] + 1;
-    return count;
+    marking m = {env, frame, triangles, qw_cell_set_new(env, frame->cells), NULL, NULL};
+    list_triangles(&m);
+    qw_parallel(env, frame->cells[2], SLAB, mark_slab, &m);
+    qw_break_silence(env);
+    qw_free(env, m.begin), qw_free(env, m.list);
+    return m.met;
 }
 
 /* ---- no two cells that touch at an edge or a corner alone */
@@ -265,168 +218,136 @@ static bool is_joined(uint32_t set)
     return reached == set;
 }
 
+typedef struct corner {
+    uint32_t at[3]; /* the cell whose lower corner it is: none of these is 0 */
+} corner;
+
 typedef struct joining {
-    flood *flood;
+    qw_env *env;
+    qw_cell_set *outside;
     bool good[256]; /* by the bits of the cells that are inside: the surface is a disc at their corner */
+    corner *stack;  /* that have to be looked at again */
+    size_t capacity, count;
 } joining;
 
-/* The eight cells around the lower corner of a cell that has neighbours below it. */
-static size_t around(const qw_wrap_frame *f, size_t cell, int i)
+static uint32_t bits_at(const qw_cell_set *outside, const corner *c)
 {
-    size_t back = (i & 1 ? 0 : 1) + (i & 2 ? 0 : f->cells[0]) + (i & 4 ? 0 : (size_t)f->cells[0] * f->cells[1]);
-    return cell - back;
-}
-
-static uint32_t bits_at(const qw_wrap_lattice *l, size_t cell)
-{
-    uint32_t bits = 0;
-    for (int i = 0; i < 8; i++) bits |= (uint32_t)(l->cell[around(&l->frame, cell, i)] != QW_CELL_OUTSIDE) << i;
+    uint32_t bits = 0, x = c->at[0] - 1, y = c->at[1] - 1, z = c->at[2] - 1;
+    for (uint32_t i = 0; i < 8; i++)
+        bits |= (uint32_t)!qw_cell_set_has(outside, x + (i & 1), y + (i >> 1 & 1), z + (i >> 2)) << i;
     return bits;
 }
 
-static bool has_eight(const qw_wrap_frame *f, size_t cell)
-{
-    uint32_t at[3];
-    place_of(f, cell, at);
-    return at[0] > 0 && at[1] > 0 && at[2] > 0;
-}
-
 /* Fills one outside cell at a corner that is no disc: one that makes it a disc, or else the first. */
-static void fill_at(joining *j, size_t cell)
+static void fill_at(joining *j, const corner *c)
 {
-    qw_wrap_lattice *l = j->flood->lattice;
-    uint32_t bits = bits_at(l, cell);
+    uint32_t bits = bits_at(j->outside, c);
     int which = -1;
     if (j->good[bits]) return;
     for (int i = 7; i >= 0; i--)
         if (!(bits >> i & 1) && (which < 0 || j->good[bits | 1u << i] || !j->good[bits | 1u << which])) which = i;
     assert(which >= 0);
-    size_t filled = around(&l->frame, cell, which);
-    uint32_t at[3];
-    place_of(&l->frame, filled, at);
-    for (int k = 0; k < 3; k++) assert(at[k] > 0 && at[k] + 1 < l->frame.cells[k]);
-    l->cell[filled] = QW_CELL_FREE;
-    for (int i = 0; i < 8; i++) { /* the corners of that cell, this one among them */
-        size_t corner = filled + (i & 1) + (i & 2 ? l->frame.cells[0] : 0) +
-                        (i & 4 ? (size_t)l->frame.cells[0] * l->frame.cells[1] : 0);
-        push(j->flood, corner);
+    uint32_t filled[3];
+    for (int k = 0; k < 3; k++) {
+        filled[k] = c->at[k] - 1 + ((uint32_t)which >> k & 1);
+        assert(filled[k] > 0 && filled[k] + 1 < j->outside->across[k]);
     }
+    qw_cell_set_remove(j->outside, filled[0], filled[1], filled[2]);
+    j->stack = qw_grow(j->env, j->stack, &j->capacity, j->count + 8, sizeof *j->stack);
+    for (uint32_t i = 0; i < 8; i++) /* the corners of that cell, this one among them */
+        j->stack[j->count++] = (corner){{filled[0] + (i & 1), filled[1] + (i >> 1 & 1), filled[2] + (i >> 2)}};
 }
 
-static void fill_until_manifold(flood *f)
+/* The lower corners of a word's cells around which not all of the eight are alike. */
+static uint64_t mixed_corners(const qw_cell_set *c, uint32_t w, uint32_t y, uint32_t z)
 {
-    joining j = {.flood = f};
-    for (uint32_t bits = 0; bits < 256; bits++) j.good[bits] = is_joined(bits) && is_joined(~bits & 255);
-    for (size_t c = 0; c < f->lattice->count; c++) {
-        if (c % LISTEN == 0) qw_break_silence(f->env);
-        if (!has_eight(&f->lattice->frame, c)) continue;
-        fill_at(&j, c);
-        while (f->count > 0) fill_at(&j, f->stack[--f->count]);
+    uint64_t any = 0, all = ~any;
+    for (uint32_t i = 0; i < 4; i++) {
+        const uint64_t *row = qw_cell_set_row(c, y - (i & 1), z - (i >> 1));
+        uint64_t below = row[w] << 1 | (w > 0 ? row[w - 1] >> 63 : 0);
+        any |= row[w] | below, all &= row[w] & below;
     }
+    return w > 0 ? any & ~all : any & ~all & ~(uint64_t)1;
+}
+
+/* Corners that fill others become good with these, so only those that are mixed to begin with are asked. */
+static void fill_until_manifold(qw_env *env, qw_cell_set *outside)
+{
+    joining j = {.env = env, .outside = outside};
+    for (uint32_t bits = 0; bits < 256; bits++) j.good[bits] = is_joined(bits) && is_joined(~bits & 255);
+    for (uint32_t z = 1; z < outside->across[2]; z++) {
+        qw_break_silence(env);
+        for (uint32_t y = 1; y < outside->across[1]; y++)
+            for (uint32_t w = 0; w < outside->words; w++)
+                for (uint64_t rest = mixed_corners(outside, w, y, z); rest; rest &= rest - 1) {
+                    uint32_t x = w * 64 + (uint32_t)__builtin_ctzll(rest);
+                    if (x >= outside->across[0]) break;
+                    fill_at(&j, &(corner){{x, y, z}});
+                    while (j.count > 0) {
+                        corner c = j.stack[--j.count]; /* as the stack may move */
+                        fill_at(&j, &c);
+                    }
+                }
+    }
+    qw_free(env, j.stack);
 }
 
 /* ---- what is outside, and clusters */
 
-enum { CELL_REACHED = 3, CELL_COUNTED = 4 }; /* for a while, in the place of outside and of inside */
-
-/* Whether there were any. */
-static bool turn_cells(qw_wrap_lattice *l, uint8_t from, uint8_t to)
-{
-    bool any = false;
-    for (size_t c = 0; c < l->count; c++)
-        if (l->cell[c] == from) l->cell[c] = to, any = true;
-    return any;
-}
-
-/* The steps to the cells of a ball of three across: a cube without its corners. */
-static int ball_about(const qw_wrap_frame *f, ptrdiff_t ball[19])
-{
-    ptrdiff_t y = f->cells[0], z = y * (ptrdiff_t)f->cells[1];
-    int count = 0;
-    for (int i = 0; i < 27; i++) {
-        int x[3] = {i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1};
-        if (x[0] * x[1] * x[2] == 0) ball[count++] = x[0] + x[1] * y + x[2] * z;
-    }
-    return count;
-}
-
-/* Outside cells that are in no ball of them lie in gaps: they are inside, but for the rim of the lattice. Whether there
- * were any. */
-static bool close_gaps(qw_env *env, qw_wrap_lattice *l)
-{
-    const uint32_t *across = l->frame.cells;
-    ptrdiff_t ball[19];
-    int count = ball_about(&l->frame, ball);
-    for (uint32_t k = 0; k < across[2]; k++) {
-        qw_break_silence(env);
-        for (uint32_t j = 0; j < across[1]; j++)
-            for (uint32_t i = 0; i < across[0]; i++) {
-                uint8_t *c = l->cell + qw_cell_index(&l->frame, i, j, k);
-                bool is_wide = i > 0 && j > 0 && k > 0 && i + 1 < across[0] && j + 1 < across[1] && k + 1 < across[2];
-                if (!is_wide) *c = CELL_REACHED;
-                for (int n = 0; n < count && is_wide; n++)
-                    is_wide = c[ball[n]] == QW_CELL_OUTSIDE || c[ball[n]] == CELL_REACHED;
-                for (int n = 0; n < count && is_wide; n++) c[ball[n]] = CELL_REACHED;
-            }
-    }
-    bool any = turn_cells(l, QW_CELL_OUTSIDE, QW_CELL_FREE);
-    turn_cells(l, CELL_REACHED, QW_CELL_OUTSIDE);
-    return any;
-}
-
 /* Outside cells that filling has cut off are inside. */
-static void reach_again(flood *f)
+static void reach_again(qw_flood *f, qw_cell_set *outside)
 {
+    const uint32_t rim[3] = {0, 0, 0};
     uint32_t extent[3];
-    flood_from(f, 0, QW_CELL_OUTSIDE, CELL_REACHED, extent);
-    turn_cells(f->lattice, QW_CELL_OUTSIDE, QW_CELL_FREE);
-    turn_cells(f->lattice, CELL_REACHED, QW_CELL_OUTSIDE);
+    qw_cell_set reached = qw_cell_set_new(f->env, outside->across);
+    qw_flood_from(f, outside, rim, &reached, extent);
+    qw_free(f->env, outside->row);
+    *outside = reached;
 }
 
-/* Drops the clusters that are crumbs, unless all are. What is inside is QW_CELL_FREE from here on. */
-static void drop_crumbs(flood *f)
+/* Drops the clusters that are crumbs, unless all are. */
+static void drop_crumbs(qw_flood *f, qw_wrap_lattice *l)
 {
-    qw_wrap_lattice *l = f->lattice;
-    uint32_t extent[3];
-    uint32_t *crumb = NULL;
+    qw_cell_set inside = qw_cell_set_others(f->env, &l->outside), counted = qw_cell_set_new(f->env, inside.across);
+    corner *crumb = NULL;
     size_t capacity = 0;
-    turn_cells(l, QW_CELL_MET, QW_CELL_FREE);
-    for (size_t c = 0; c < l->count; c++) {
-        if (l->cell[c] != QW_CELL_FREE) continue;
-        flood_from(f, c, QW_CELL_FREE, CELL_COUNTED, extent);
-        if (extent[0] > CRUMB || extent[1] > CRUMB || extent[2] > CRUMB) {
-            l->clusters++;
-            continue;
-        }
-        crumb = qw_grow(f->env, crumb, &capacity, (size_t)l->crumbs + 1, sizeof *crumb);
-        crumb[l->crumbs++] = (uint32_t)c;
-    }
-    turn_cells(l, CELL_COUNTED, QW_CELL_FREE);
+    uint32_t extent[3];
+    for (uint32_t z = 0; z < inside.across[2]; z++)
+        for (uint32_t y = 0; y < inside.across[1]; y++)
+            for (uint32_t w = 0; w < inside.words; w++)
+                for (uint64_t rest; (rest = qw_cell_set_row(&inside, y, z)[w]);) {
+                    corner first = {{w * 64 + (uint32_t)__builtin_ctzll(rest), y, z}};
+                    qw_flood_from(f, &inside, first.at, &counted, extent);
+                    if (extent[0] > CRUMB || extent[1] > CRUMB || extent[2] > CRUMB) {
+                        l->clusters++;
+                        continue;
+                    }
+                    crumb = qw_grow(f->env, crumb, &capacity, (size_t)l->crumbs + 1, sizeof *crumb);
+                    crumb[l->crumbs++] = first;
+                }
     if (l->clusters == 0) l->clusters = l->crumbs, l->crumbs = 0;
-    for (int64_t i = 0; i < l->crumbs; i++) flood_from(f, crumb[i], QW_CELL_FREE, QW_CELL_OUTSIDE, extent);
-    qw_free(f->env, crumb);
+    for (int64_t i = 0; i < l->crumbs; i++) qw_flood_from(f, &counted, crumb[i].at, &l->outside, extent);
+    qw_free(f->env, crumb), qw_free(f->env, inside.row), qw_free(f->env, counted.row);
 }
 
 qw_wrap_lattice qw_wrap_lattice_fill(qw_env *env, const qw_wrap_frame *frame, const qw_wrap_triangles *triangles,
                                      bool closes)
 {
+    const uint32_t rim[3] = {0, 0, 0};
     qw_wrap_lattice l = {.frame = *frame, .count = (size_t)frame->cells[0] * frame->cells[1] * frame->cells[2]};
     uint32_t extent[3];
-    l.cell = QW_NEW_ZERO(env, uint8_t, l.count);
-    marking m = {env, &l, triangles, NULL, NULL};
-    list_triangles(&m);
-    qw_parallel(env, frame->cells[2], SLAB, mark_slab, &m);
-    qw_free(env, m.begin), qw_free(env, m.list);
-    qw_break_silence(env);
-    flood f = {.env = env, .lattice = &l};
-    flood_from(&f, 0, QW_CELL_FREE, QW_CELL_OUTSIDE, extent);
-    if (closes) close_gaps(env, &l);
+    l.outside = qw_cell_set_new(env, frame->cells);
+    qw_cell_set met = met_cells(env, frame, triangles), free_cells = qw_cell_set_others(env, &met);
+    qw_flood f = qw_flood_begin(env, &met);
+    qw_flood_from(&f, &free_cells, rim, &l.outside, extent);
+    qw_free(env, met.row), qw_free(env, free_cells.row);
+    if (closes) qw_cell_set_open(env, &l.outside);
     do { /* ends: outside cells only become fewer */
-        fill_until_manifold(&f);
-        reach_again(&f);
-    } while (closes && close_gaps(env, &l));
-    drop_crumbs(&f);
-    qw_free(env, f.stack);
+        fill_until_manifold(env, &l.outside);
+        reach_again(&f, &l.outside);
+    } while (closes && qw_cell_set_open(env, &l.outside));
+    drop_crumbs(&f, &l);
+    qw_flood_end(&f);
     return l;
 }
 
@@ -435,14 +356,14 @@ qw_wrap_lattice qw_wrap_lattice_fill(qw_env *env, const qw_wrap_frame *frame, co
 bool qw_cell_is_seen(const qw_wrap_lattice *l, const uint32_t at[3])
 {
     const qw_wrap_frame *f = &l->frame;
-    if (l->cell[qw_cell_index(f, at[0], at[1], at[2])] == QW_CELL_OUTSIDE) return false;
+    if (qw_cell_set_has(&l->outside, at[0], at[1], at[2])) return false;
     uint32_t low[3], high[3];
     for (int k = 0; k < 3; k++)
         low[k] = at[k] > 0 ? at[k] - 1 : 0, high[k] = at[k] + 1 < f->cells[k] ? at[k] + 1 : at[k];
     for (uint32_t z = low[2]; z <= high[2]; z++)
         for (uint32_t y = low[1]; y <= high[1]; y++)
             for (uint32_t x = low[0]; x <= high[0]; x++)
-                if (l->cell[qw_cell_index(f, x, y, z)] == QW_CELL_OUTSIDE) return true;
+                if (qw_cell_set_has(&l->outside, x, y, z)) return true;
     return false;
 }
 

@@ -4,6 +4,7 @@
 #ifndef QW_WRAP_LATTICE_H
 #define QW_WRAP_LATTICE_H
 
+#include "wrap/cell_set.h"
 #include "wrap/exact.h"
 
 #include "base/env.h"
@@ -23,17 +24,15 @@ typedef struct qw_wrap_frame {
     uint32_t cells[3];
 } qw_wrap_frame;
 
-enum { QW_CELL_FREE, QW_CELL_MET, QW_CELL_OUTSIDE };
-
 typedef struct qw_wrap_lattice {
     qw_wrap_frame frame;
-    size_t count;   /* cells */
-    uint8_t *cell;  /* uint8_t[count], QW_CELL_: x runs fastest */
+    size_t count; /* cells */
+    qw_cell_set outside;
     int64_t crumbs; /* clusters that were dropped, as none is larger than five cells */
     int64_t clusters;
 } qw_wrap_lattice;
 
-enum { QW_MOST_CELLS = 1 << 28 }; /* of a lattice, one byte each */
+enum { QW_MOST_CELLS = 1 << 28 }; /* of a lattice: the guard has four bytes of each */
 
 /* Cells of the frame along a side of the box. */
 double qw_cells_across(double side, double cell);
@@ -41,16 +40,11 @@ double qw_cells_across(double side, double cell);
  * are more than there may be. */
 qw_wrap_frame qw_wrap_frame_of(qw_env *env, const double low[3], const double high[3], double cell);
 
-/* Cells that are met, outside and the rest; every cell at the rim is outside, and the boundary of what is outside is a
- * closed manifold of cell faces: no two inside cells touch at an edge or a corner alone, nor do two outside. closes:
+/* Which cells are outside, and which are not; every cell at the rim is outside, and the boundary of what is outside is
+ * a closed manifold of cell faces: no two inside cells touch at an edge or a corner alone, nor do two outside. closes:
  * outside cells that are in no ball of three across of them are inside. In the caller's scope. */
 qw_wrap_lattice qw_wrap_lattice_fill(qw_env *env, const qw_wrap_frame *frame, const qw_wrap_triangles *triangles,
                                      bool closes);
-
-static inline size_t qw_cell_index(const qw_wrap_frame *f, uint32_t x, uint32_t y, uint32_t z)
-{
-    return ((size_t)z * f->cells[1] + y) * f->cells[0] + x;
-}
 
 /* Whether a cell that is not outside has an outside one beside it, at a face, an edge or a corner. */
 bool qw_cell_is_seen(const qw_wrap_lattice *l, const uint32_t at[3]);

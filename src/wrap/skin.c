@@ -42,19 +42,30 @@ static void add_face(corners *c, const uint32_t at[3], int axis, int upper)
     s->face_count += 2;
 }
 
-static void add_layer(corners *c, const qw_wrap_lattice *l, uint32_t z)
+/* Of a word's cells those that are inside and have a face to what is outside. */
+static uint64_t cells_with_faces(const qw_cell_set *outside, uint32_t w, uint32_t y, uint32_t z)
 {
-    const size_t step[3] = {1, l->frame.cells[0], (size_t)l->frame.cells[0] * l->frame.cells[1]};
-    for (uint32_t y = 1; y + 1 < l->frame.cells[1]; y++)
-        for (uint32_t x = 1; x + 1 < l->frame.cells[0]; x++) {
-            const uint32_t at[3] = {x, y, z};
-            size_t cell = qw_cell_index(&l->frame, x, y, z);
-            if (l->cell[cell] == QW_CELL_OUTSIDE) continue;
-            for (int axis = 0; axis < 3; axis++) {
-                if (l->cell[cell - step[axis]] == QW_CELL_OUTSIDE) add_face(c, at, axis, 0);
-                if (l->cell[cell + step[axis]] == QW_CELL_OUTSIDE) add_face(c, at, axis, 1);
+    const uint64_t *row = qw_cell_set_row(outside, y, z);
+    uint64_t before = w > 0 ? row[w - 1] >> 63 : 0, after = w + 1 < outside->words ? row[w + 1] << 63 : 0;
+    return ~row[w] & (row[w] << 1 | before | row[w] >> 1 | after | qw_cell_set_row(outside, y - 1, z)[w] |
+                      qw_cell_set_row(outside, y + 1, z)[w] | qw_cell_set_row(outside, y, z - 1)[w] |
+                      qw_cell_set_row(outside, y, z + 1)[w]);
+}
+
+static void add_layer(corners *c, const qw_cell_set *outside, uint32_t z)
+{
+    for (uint32_t y = 1; y + 1 < outside->across[1]; y++)
+        for (uint32_t w = 0; w < outside->words; w++)
+            for (uint64_t rest = cells_with_faces(outside, w, y, z); rest; rest &= rest - 1) {
+                uint32_t at[3] = {w * 64 + (uint32_t)__builtin_ctzll(rest), y, z};
+                if (at[0] >= outside->across[0]) break;
+                for (int axis = 0; axis < 3; axis++)
+                    for (int upper = 0; upper < 2; upper++) {
+                        uint32_t next[3] = {at[0], at[1], at[2]};
+                        next[axis] += upper ? 1 : UINT32_MAX;
+                        if (qw_cell_set_has(outside, next[0], next[1], next[2])) add_face(c, at, axis, upper);
+                    }
             }
-        }
 }
 
 static void link_all(qw_skin *s)
@@ -79,7 +90,7 @@ qw_skin qw_skin_of_lattice(qw_env *env, const qw_wrap_lattice *lattice)
         memset(c.layer[i], 0xff, count * sizeof **c.layer);
     }
     for (uint32_t z = 1; z + 1 < lattice->frame.cells[2]; z++) {
-        add_layer(&c, lattice, z);
+        add_layer(&c, &lattice->outside, z);
         uint32_t *used = c.layer[0];
         c.layer[0] = c.layer[1], c.layer[1] = used;
         memset(used, 0xff, count * sizeof *used);

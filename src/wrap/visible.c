@@ -67,7 +67,7 @@ static bool is_outside(const qw_wrap_lattice *l, const double at[3])
         if (!(at[k] >= 0 && at[k] < (double)l->frame.side * l->frame.cells[k])) return true;
         cell[k] = (uint32_t)(at[k] / l->frame.side);
     }
-    return l->cell[qw_cell_index(&l->frame, cell[0], cell[1], cell[2])] == QW_CELL_OUTSIDE;
+    return qw_cell_set_has(&l->outside, cell[0], cell[1], cell[2]);
 }
 
 /* Whether the outside is met within two cells of some place of a piece, along its normal (0) and against it (1). */
