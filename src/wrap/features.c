@@ -92,12 +92,11 @@ static bool feature_near(const plane *f, int count, const double p[3], double si
 }
 
 /* Moved off the input as other vertices are; false where the place is not on it. */
-static bool lift_feature(const qw_skin *s, const qw_wrap_target *target, const double outward[3], uint32_t *hint,
+static bool lift_feature(const qw_skin *s, const qw_wrap_target *target, const double outward[3], uint32_t hint,
                          double at[3])
 {
-    qw_touch touch = qw_wrap_target_nearest(target, at, *hint);
-    *hint = touch.face;
-    if (touch.distance > ON_INPUT * s->frame.side) return false;
+    double most = ON_INPUT * s->frame.side;
+    if (qw_wrap_target_near(target, at, hint, most).distance > most) return false;
     qw_lift_from(s, at, outward);
     return true;
 }
@@ -114,6 +113,7 @@ typedef struct asking {
     qw_env *env;
     const qw_skin *skin;
     const qw_wrap_target *target;
+    const qw_near_faces *near;
     bool (*is_wanted)(const qw_skin *s, const qw_wrap_target *target, uint32_t h, uint32_t *hint);
     uint8_t *wanted; /* uint8_t[3 face_count]: half-edges */
     plane *face;     /* plane[face_count]: of the input, nearest to the middle of each face */
@@ -127,14 +127,15 @@ static void ask_half_edges(void *user, uint32_t block, uint32_t begin, uint32_t 
     if (!qw_listen(a->env)) return;
     for (uint32_t h = begin; h < end; h++) {
         if (qw_skin_dead(a->skin, h / 3) || h > a->skin->twin[h]) continue;
+        if (a->skin->corner[h] < a->near->count) hint = a->near->face[a->skin->corner[h]];
         a->wanted[h] = a->is_wanted(a->skin, a->target, h, &hint);
     }
 }
 
-static uint8_t *wanted_edges(qw_env *env, const qw_skin *s, const qw_wrap_target *target,
+static uint8_t *wanted_edges(qw_env *env, const qw_skin *s, const qw_wrap_target *target, const qw_near_faces *near,
                              bool (*is_wanted)(const qw_skin *, const qw_wrap_target *, uint32_t, uint32_t *))
 {
-    asking a = {env, s, target, is_wanted, QW_NEW_ZERO(env, uint8_t, 3 * (size_t)s->face_count), NULL};
+    asking a = {env, s, target, near, is_wanted, QW_NEW_ZERO(env, uint8_t, 3 * (size_t)s->face_count), NULL};
     qw_parallel(env, 3 * s->face_count, QW_GRAIN, ask_half_edges, &a);
     qw_break_silence(env);
     return a.wanted;
@@ -178,15 +179,15 @@ static void snap_vertex(void *user, qw_guard_room *room, uint32_t v, uint32_t *h
     qw_skin_place(s, v, p);
     if (!feature_near(around, count, p, s->frame.side, to)) return;
     qw_skin_normal(s, v, normal);
-    *hint = QW_NONE;
-    if (lift_feature(s, a->target, normal, hint, to)) qw_step_towards(room, v, to);
+    if (v < a->near->count) *hint = a->near->face[v];
+    if (lift_feature(s, a->target, normal, *hint, to)) qw_step_towards(room, v, to);
 }
 
-void qw_snap_to_features(qw_env *env, qw_guard *g, const qw_wrap_target *target)
+void qw_snap_to_features(qw_env *env, qw_guard *g, const qw_wrap_target *target, const qw_near_faces *near)
 {
     qw_skin *s = g->skin;
     qw_scope_begin(env);
-    asking a = {.env = env, .skin = s, .target = target, .face = QW_NEW(env, plane, s->face_count)};
+    asking a = {.env = env, .skin = s, .target = target, .near = near, .face = QW_NEW(env, plane, s->face_count)};
     qw_parallel(env, s->face_count, QW_GRAIN, ask_faces, &a);
     qw_break_silence(env);
     qw_in_blocks(env, g, s->vertex_count, &(qw_block_work){&a, qw_living_vertex, snap_vertex});
@@ -195,9 +196,10 @@ void qw_snap_to_features(qw_env *env, qw_guard *g, const qw_wrap_target *target)
 
 /* ---- splits */
 
-static double off_input(const qw_wrap_target *target, const double p[3], uint32_t *hint)
+/* How far a point is from the input; where that is below `enough`, any such figure. */
+static double off_input(const qw_wrap_target *target, const double p[3], double enough, uint32_t *hint)
 {
-    qw_touch touch = qw_wrap_target_nearest(target, p, *hint);
+    qw_touch touch = qw_wrap_target_near(target, p, *hint, enough);
     *hint = touch.face;
     return touch.distance;
 }
@@ -217,7 +219,7 @@ static bool cuts_off(const qw_skin *s, const qw_wrap_target *target, uint32_t h,
     qw_skin_place(s, qw_skin_tail(s, h), p), qw_skin_place(s, qw_skin_head(s, h), q);
     if (distance_of(p, q) < LONG * side) return false;
     on_edge(s, qw_skin_tail(s, h), qw_skin_head(s, h), 0.5, p);
-    return off_input(target, p, hint) >= CUTS * side;
+    return off_input(target, p, CUTS * side, hint) >= CUTS * side;
 }
 
 /* Where the edge of h should be split; false: nowhere. */
@@ -240,7 +242,7 @@ static bool split_place(const qw_skin *s, const qw_wrap_target *target, uint32_t
     double length = sqrt(qw_dot_doubles(normal, normal));
     if (!(length > 0.1)) return false;
     for (int k = 0; k < 3; k++) normal[k] /= length;
-    if (feature_near(f, 2, middle, side, to) && lift_feature(s, target, normal, hint, to)) return true;
+    if (feature_near(f, 2, middle, side, to) && lift_feature(s, target, normal, *hint, to)) return true;
     if (touch.distance > SNAP * side) return false;
     qw_lift(s, &touch, normal, to);
     return true;
@@ -263,11 +265,11 @@ static bool try_split(qw_guard_room *room, uint32_t h, const double to[3])
     return true;
 }
 
-void qw_split_at_features(qw_env *env, qw_guard *g, const qw_wrap_target *target)
+void qw_split_at_features(qw_env *env, qw_guard *g, const qw_wrap_target *target, const qw_near_faces *near)
 {
     qw_skin *s = g->skin;
     uint32_t hint = QW_NONE, count = 3 * s->face_count; /* not those that splits make */
-    uint8_t *wanted = wanted_edges(env, s, target, cuts_off);
+    uint8_t *wanted = wanted_edges(env, s, target, near, cuts_off);
     qw_guard_room room = qw_guard_everywhere(g); /* as splits make vertices and faces, which are numbered one by one */
     for (uint32_t h = 0; h < count; h++) {
         double to[3];
@@ -317,10 +319,11 @@ static bool wants_flip(const qw_skin *s, const qw_wrap_target *target, uint32_t 
     bool gains = turn >= 0.99 && shapes_gain(s, a, b, c, d);
     if ((turn > FLAT && !gains) || turn_at(s, d, c, a, b) < -0.5) return false;
     on_edge(s, a, b, 0.5, p);
-    double was = off_input(target, p, hint);
+    double was = off_input(target, p, gains ? 0 : GAIN * side, hint), most = was - GAIN * side;
+    if (gains) most = was + GAIN / 4 * side;
+    if (most <= 0) return false;
     on_edge(s, c, d, 0.5, p);
-    double is = off_input(target, p, hint);
-    return is < was - GAIN * side || (gains && is <= was + GAIN / 4 * side);
+    return off_input(target, p, most, hint) <= most;
 }
 
 static void try_flip(qw_guard_room *room, uint32_t h)
@@ -352,10 +355,10 @@ static void flip_edge(void *user, qw_guard_room *room, uint32_t h, uint32_t *hin
     if (wants_flip(room->guard->skin, a->target, h, hint)) try_flip(room, h);
 }
 
-void qw_flip_to_features(qw_env *env, qw_guard *g, const qw_wrap_target *target)
+void qw_flip_to_features(qw_env *env, qw_guard *g, const qw_wrap_target *target, const qw_near_faces *near)
 {
     asking a = {.env = env, .skin = g->skin, .target = target};
-    a.wanted = wanted_edges(env, g->skin, target, wants_flip);
+    a.wanted = wanted_edges(env, g->skin, target, near, wants_flip);
     qw_in_blocks(env, g, 3 * g->skin->face_count, &(qw_block_work){&a, tail_of_wanted, flip_edge});
     qw_free(env, a.wanted);
 }
@@ -381,7 +384,7 @@ static bool wants_collapse(const qw_skin *s, const qw_wrap_target *target, uint3
         }
         if (c != b) {
             on_edge(s, b, c, 0.5, p);
-            if (off_input(target, p, hint) > CUTS / 2 * side) return false;
+            if (off_input(target, p, CUTS / 2 * side, hint) > CUTS / 2 * side) return false;
         }
         i = qw_skin_around(s, i);
     } while (i != h);

@@ -218,7 +218,8 @@ static bool is_among(const uint32_t *faces, uint32_t count, uint32_t f)
     return false;
 }
 
-/* Of the cells that two boxes share, the one with the lowest numbers: each pair is looked at once. */
+/* Whether the walk is at the one with the lowest numbers of the cells that its range and a box share: each face is
+ * looked at once. */
 static bool is_first_shared(const qw_guard *g, const walk *w, const qw_guard_box *other)
 {
     for (int k = 0; k < 3; k++) {
@@ -228,17 +229,35 @@ static bool is_first_shared(const qw_guard *g, const walk *w, const qw_guard_box
     return true;
 }
 
-/* Whether the new triangle meets one of the skin that stays. */
-static bool meets_others(const qw_guard *g, const qw_guard_edit *edit, const uint32_t now[3])
+/* Whether a face that stays meets one of the new triangles, which have these boxes. */
+static bool meets_new(const qw_skin *s, const qw_guard_edit *edit, const qw_guard_box *now, uint32_t face,
+                      const qw_guard_box *box)
 {
-    qw_guard_box r = range_of(g->skin, now);
-    walk w = walk_over(g, &r);
+    for (uint32_t i = 0; i < edit->now_count; i++)
+        if (overlap(&now[i], box) && collide(s, edit->now[i], s->corner + 3 * (size_t)face)) return true;
+    return false;
+}
+
+/* Whether any of the new triangles meets one of the skin that stays: all cells about them are walked over once. */
+static bool meet_others(const qw_guard *g, const qw_guard_edit *edit)
+{
+    qw_guard_box now[QW_GUARD_MOST], all = {{INT32_MAX, INT32_MAX, INT32_MAX}, {0, 0, 0}};
+    for (uint32_t i = 0; i < edit->now_count; i++) {
+        now[i] = range_of(g->skin, edit->now[i]);
+        for (int k = 0; k < 3; k++) {
+            if (now[i].low[k] < all.low[k]) all.low[k] = now[i].low[k];
+            if (now[i].high[k] > all.high[k]) all.high[k] = now[i].high[k];
+        }
+    }
+    if (edit->now_count == 0) return false;
+    walk w = walk_over(g, &all);
     do {
         for (uint32_t e = g->first[cell_of(g, &w)]; e != QW_NONE; e = g->entry[e].next) {
             uint32_t f = g->entry[e].face;
             const qw_guard_box *box = &g->box[f];
-            if (!overlap(&r, box) || !is_first_shared(g, &w, box) || is_among(edit->old, edit->old_count, f)) continue;
-            if (collide(g->skin, now, g->skin->corner + 3 * (size_t)f)) return true;
+            if (!overlap(&all, box) || !is_first_shared(g, &w, box) || is_among(edit->old, edit->old_count, f))
+                continue;
+            if (meets_new(g->skin, edit, now, f, box)) return true;
         }
     } while (step(&w));
     return false;
@@ -256,9 +275,7 @@ bool qw_guard_allows(qw_guard_room *room, const qw_guard_edit *edit)
     for (uint32_t i = 0; i < edit->now_count; i++)
         for (uint32_t j = 0; j < i; j++)
             if (collide(s, edit->now[i], edit->now[j])) return false;
-    for (uint32_t i = 0; i < edit->now_count; i++)
-        if (meets_others(room->guard, edit, edit->now[i])) return false;
-    return true;
+    return !meet_others(room->guard, edit);
 }
 
 bool qw_guard_move(qw_guard_room *room, uint32_t v, qw_wrap_lattice_point to)

@@ -133,19 +133,21 @@ static void move_vertex(void *user, qw_guard_room *room, uint32_t v, uint32_t *u
 void qw_shrink(qw_env *env, qw_skin *skin, const qw_wrap_target *target)
 {
     qw_guard g = qw_guard_begin(env, skin);
-    moving m = {target, QW_NEW(env, uint32_t, skin->vertex_count), false};
+    uint32_t vertices = skin->vertex_count;
+    moving m = {target, QW_NEW(env, uint32_t, vertices), false};
     const qw_block_work moves = {&m, qw_living_vertex, move_vertex};
-    for (uint32_t v = 0; v < skin->vertex_count; v++) m.hint[v] = QW_NONE;
+    for (uint32_t v = 0; v < vertices; v++) m.hint[v] = QW_NONE;
     for (int i = 0; i < MOVE_ROUNDS; i++) {
         m.relaxes = i > 0;
-        qw_in_blocks(env, &g, skin->vertex_count, &moves);
+        qw_in_blocks(env, &g, vertices, &moves);
         qw_progress(env, 0.2 + 0.1 * (i + 1)); /* of the stage, of which a fifth came before, and a fifth follows */
     }
+    const qw_near_faces near = {vertices, m.hint};
     for (int i = 0; i < EDIT_ROUNDS; i++) {
-        qw_snap_to_features(env, &g, target);
-        qw_flip_to_features(env, &g, target);
-        qw_split_at_features(env, &g, target);
-        qw_flip_to_features(env, &g, target);
+        qw_snap_to_features(env, &g, target, &near);
+        qw_flip_to_features(env, &g, target, &near);
+        qw_split_at_features(env, &g, target, &near);
+        qw_flip_to_features(env, &g, target, &near);
         qw_collapse_short(env, &g, target);
         qw_progress(env, 0.6 + 0.1 * (i + 1));
     }

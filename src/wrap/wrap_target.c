@@ -8,6 +8,8 @@
 
 /* Units to the frame of the tree, whose coordinates are below one half. */
 static const double SCALE = 1.0 / (1 << QW_LATTICE_BITS);
+/* Of a distance: what is nearer than this by a tree of single precision is nearer. */
+static const double SURELY = 0.99;
 
 typedef struct looking {
     qw_env *env;
@@ -77,16 +79,29 @@ qw_wrap_target qw_wrap_target_build(qw_env *env, const qw_wrap_lattice *lattice,
     return t;
 }
 
-qw_touch qw_wrap_target_nearest(const qw_wrap_target *t, const double point[3], uint32_t hint)
+static qw_touch touch_of(const qw_wrap_target *t, const double point[3], const qw_hit *hit)
 {
-    qw_hit hit = qw_bvh_nearest(t->bvh, qw_in_tree(point), qw_v3(0, 0, 0), -1, 4, hint);
-    assert(hit.face != QW_NONE);
-    double at[3] = {hit.point.x, hit.point.y, hit.point.z}, sum = 0;
-    qw_touch touch = {.face = hit.face};
+    assert(hit->face != QW_NONE);
+    double at[3] = {hit->point.x, hit->point.y, hit->point.z}, sum = 0;
+    qw_touch touch = {.face = hit->face};
     for (int k = 0; k < 3; k++) {
-        touch.at[k] = (at[k] + 0.5) / SCALE, touch.normal[k] = t->normal[3 * (size_t)hit.face + (size_t)k];
+        touch.at[k] = (at[k] + 0.5) / SCALE, touch.normal[k] = t->normal[3 * (size_t)hit->face + (size_t)k];
         sum += (touch.at[k] - point[k]) * (touch.at[k] - point[k]);
     }
     touch.distance = sqrt(sum);
     return touch;
+}
+
+qw_touch qw_wrap_target_nearest(const qw_wrap_target *t, const double point[3], uint32_t hint)
+{
+    return qw_wrap_target_near(t, point, hint, 0);
+}
+
+qw_touch qw_wrap_target_near(const qw_wrap_target *t, const double point[3], uint32_t hint, double enough)
+{
+    float e = (float)(enough > 0 ? SURELY * enough * SCALE : 0);
+    qw_bvh_query query = {
+        .point = qw_in_tree(point), .least_dot = -1, .max_distance = 4, .hint = hint, .enough2 = e * e};
+    qw_hit hit = qw_bvh_find(t->bvh, &query, NULL);
+    return touch_of(t, point, &hit);
 }

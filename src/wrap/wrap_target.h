@@ -35,5 +35,7 @@ qw_vec3 qw_in_tree(const double point[3]);
 
 /* hint: a face that may be near, or QW_NONE. Thread-safe. */
 qw_touch qw_wrap_target_nearest(const qw_wrap_target *t, const double point[3], uint32_t hint);
+/* A place that is nearer than `enough`, or where there is none the nearest. */
+qw_touch qw_wrap_target_near(const qw_wrap_target *t, const double point[3], uint32_t hint, double enough);
 
 #endif
