@@ -164,6 +164,8 @@ static void test_threads(void **unused)
     uint64_t one = wrap_of(soup_random(9, 8), 0.08, 1).hash;
     assert_true(wrap_of(soup_random(9, 8), 0.08, 2).hash == one);
     assert_true(wrap_of(soup_random(9, 8), 0.08, 3).hash == one);
+    one = wrap_of(soup_of_triangles(3, 400, 0.1), 0.04, 1).hash; /* gaps beside gaps: they are closed several times */
+    assert_true(wrap_of(soup_of_triangles(3, 400, 0.1), 0.04, 3).hash == one);
 }
 
 /* A shell within a shell is swallowed, two boxes apart stay two, a crumb vanishes; a gap is closed when it is narrower
