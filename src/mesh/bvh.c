@@ -473,6 +473,16 @@ qw_hit qw_bvh_nearest_of(const qw_bvh *bvh, uint32_t component, qw_vec3 point, q
                        NULL);
 }
 
+uint32_t qw_bvh_face_at(const qw_bvh *bvh, uint32_t place)
+{
+    assert(place < bvh->tree.count);
+    return bvh->discs[place].face;
+}
+
+uint32_t qw_bvh_place_of(const qw_bvh *bvh, uint32_t face) { return bvh->place[face]; }
+
+float qw_bvh_rounding2(const qw_bvh *bvh) { return bvh->tree.slack2; }
+
 qw_vec3 qw_bvh_normal(const qw_bvh *bvh, uint32_t face) { return bvh->discs[bvh->place[face]].normal; }
 
 qw_hit qw_bvh_nearest(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal, float least_dot, float max_distance,

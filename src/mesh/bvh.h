@@ -33,6 +33,12 @@ qw_hit qw_bvh_nearest(const qw_bvh *bvh, qw_vec3 point, qw_vec3 normal, float le
 qw_hit qw_bvh_nearest_of(const qw_bvh *bvh, uint32_t component, qw_vec3 point, qw_vec3 normal, float least_dot,
                          float max_distance, uint32_t hint);
 
+/* The faces in an order in which neighbours lie near one another. place: less than the mesh's face_count. */
+uint32_t qw_bvh_face_at(const qw_bvh *bvh, uint32_t place);
+uint32_t qw_bvh_place_of(const qw_bvh *bvh, uint32_t face);
+/* Squared distance below which two points are one, for the rounding of coordinates. */
+float qw_bvh_rounding2(const qw_bvh *bvh);
+
 /* Unit, or zero where the face has no area. */
 qw_vec3 qw_bvh_normal(const qw_bvh *bvh, uint32_t face);
 

@@ -3,13 +3,15 @@
  * Sample i of n lies at the fraction (i + hash(i)) / n of the area summed over the triangles (of the length summed over
  * the sharp edges), so samples are stratified and the same on every run. Quads are cut into fans, polygons where there
  * are any as cleaning does it; triangles without an area are left out. Both surfaces share a frame, so that single
- * precision is precise wherever the coordinates lie. Where each sample looks at very much of the other surface, as in
- * soups, fewer samples, vertices and faces are taken (effort.h).
+ * precision is precise wherever the coordinates lie. Samples, vertices and faces are visited in the order of their own
+ * tree, so that one query finds in the caches what the last one left there; no figure depends on the order. Where each
+ * sample looks at very much of the other surface, as in soups, fewer samples, vertices and faces are taken (effort.h).
  *
  * Which faces are flipped is said in flips.h.
  */
 #include "mesh/distance.h"
 
+#include "base/sort.h"
 #include "math/elementary.h"
 #include "mesh/effort.h"
 #include "mesh/flips.h"
@@ -17,6 +19,7 @@
 
 #include <assert.h>
 #include <float.h>
+#include <string.h>
 
 enum {
     SAMPLES_A_FACE = 50,   /* of the finer surface */
@@ -36,10 +39,12 @@ static const double sharp_angle = 35.0 * 3.14159265358979323846 / 180.0;
 typedef struct sampling {
     const qw_surface *from, *to;
     uint32_t samples;
+    uint64_t *order; /* uint64_t[samples]: place of the triangle in from's tree << 32 | sample, sorted */
     uint32_t step;   /* between vertices that are visited */
     float *distance; /* float[samples] */
     float farthest;  /* of them */
-    float *largest;  /* float[blocks of vertices] */
+    float *largest;  /* float[blocks of faces] */
+    uint32_t *first; /* uint32_t[vertices]: the first face of from with this corner, or QW_NONE */
 } sampling;
 
 static qw_hit nearest(const qw_surface *to, qw_vec3 point, uint32_t hint)
@@ -47,14 +52,25 @@ static qw_hit nearest(const qw_surface *to, qw_vec3 point, uint32_t hint)
     return qw_bvh_nearest(to->bvh, point, qw_v3(0, 0, 0), -1, FLT_MAX, hint);
 }
 
-static qw_vec3 sample_at(const sampling *s, uint32_t i)
+static uint32_t triangle_of_sample(const sampling *s, uint32_t i)
 {
     uint32_t last = s->from->mesh.face_count;
-    uint32_t t = qw_find_in(s->from->area_end, last,
-                            s->from->area_end[last - 1] * ((i + qw_hashed(i, 0)) / s->samples));
+    return qw_find_in(s->from->area_end, last, s->from->area_end[last - 1] * ((i + qw_hashed(i, 0)) / s->samples));
+}
+
+static qw_vec3 point_of_sample(const sampling *s, uint32_t i, uint32_t triangle)
+{
     float u = (float)qw_hashed(i, 1), v = (float)qw_hashed(i, 2);
     if (u + v > 1) u = 1 - u, v = 1 - v;
-    return qw_surface_point(s->from, t, u, v);
+    return qw_surface_point(s->from, triangle, u, v);
+}
+
+static void place_samples(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const sampling *s = user;
+    for (uint32_t i = begin; i < end; i++)
+        s->order[i] = (uint64_t)qw_bvh_place_of(s->from->bvh, triangle_of_sample(s, i)) << 32 | i;
 }
 
 static void sample_surface(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -62,27 +78,45 @@ static void sample_surface(void *user, uint32_t block, uint32_t begin, uint32_t 
     (void)block;
     const sampling *s = user;
     uint32_t hint = QW_NONE;
-    for (uint32_t i = begin; i < end; i++) {
-        qw_hit hit = nearest(s->to, sample_at(s, i), hint);
+    for (uint32_t k = begin; k < end; k++) {
+        uint32_t i = (uint32_t)s->order[k], triangle = qw_bvh_face_at(s->from->bvh, (uint32_t)(s->order[k] >> 32));
+        qw_hit hit = nearest(s->to, point_of_sample(s, i, triangle), hint);
         hint = hit.face;
         s->distance[i] = sqrtf(hit.distance2);
     }
 }
 
-/* The largest distance is mostly at a corner, which no sample hits. from's vertices; one largest a block. What is
-   nearer than the largest so far ends the search at a vertex. */
+static void list_first_faces(const qw_trimesh *mesh, uint32_t *first)
+{
+    memset(first, 0xff, mesh->vertex_count * sizeof *first);
+    for (uint32_t f = mesh->face_count; f-- > 0;)
+        for (int k = 0; k < 3; k++) first[mesh->corner[3 * (size_t)f + (size_t)k]] = f;
+}
+
+/* What is nearer than `most`, or on the surface but for rounding, ends the search. Returns the larger of `most` and the
+   distance of the vertex. */
+static float visit_vertex(const sampling *s, uint32_t v, float most, uint32_t *hint)
+{
+    qw_bvh_query query = {.point = s->from->mesh.position[v], .least_dot = -1, .hint = *hint};
+    query.max_distance = FLT_MAX, query.enough2 = fmaxf(most * most, qw_bvh_rounding2(s->to->bvh));
+    qw_hit hit = qw_bvh_find(s->to->bvh, &query, NULL);
+    *hint = hit.face;
+    return hit.distance2 < query.enough2 ? most : fmaxf(most, sqrtf(hit.distance2));
+}
+
+/* The largest distance is mostly at a corner, which no sample hits. from's faces in the order of its tree, each with
+   the vertices that it is the first of; one largest a block. */
 static void visit_vertices(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const sampling *s = user;
     uint32_t hint = QW_NONE;
     float most = s->farthest;
-    for (uint32_t v = begin; v < end; v++) {
-        if (!s->from->used[v] || v % s->step) continue;
-        qw_bvh_query query = {.point = s->from->mesh.position[v], .least_dot = -1, .hint = hint};
-        query.max_distance = FLT_MAX, query.enough2 = most * most;
-        qw_hit hit = qw_bvh_find(s->to->bvh, &query, NULL);
-        hint = hit.face;
-        most = fmaxf(most, sqrtf(hit.distance2));
+    for (uint32_t i = begin; i < end; i++) {
+        uint32_t f = qw_bvh_face_at(s->from->bvh, i);
+        for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
+            uint32_t v = s->from->mesh.corner[h];
+            if (s->first[v] == f && v % s->step == 0) most = visit_vertex(s, v, most, &hint);
+        }
     }
     s->largest[block] = most;
 }
@@ -92,7 +126,7 @@ static qw_pilots pilots_of(const sampling *s)
     assert(s->samples > 0);
     qw_pilots pilots = {0};
     for (uint32_t i; qw_next_pilot(&pilots, s->samples, &i);)
-        pilots.effort += nearest(s->to, sample_at(s, i), QW_NONE).looked;
+        pilots.effort += nearest(s->to, point_of_sample(s, i, triangle_of_sample(s, i)), QW_NONE).looked;
     return pilots;
 }
 
@@ -103,21 +137,27 @@ typedef struct spread {
 static spread distance_between(qw_env *env, const qw_surface *from, const qw_surface *to)
 {
     assert(from->area_end && to->bvh);
-    uint32_t blocks = qw_block_count(from->mesh.vertex_count, QW_GRAIN);
+    uint32_t blocks = qw_block_count(from->mesh.face_count, QW_GRAIN);
     uint32_t wanted = qw_wanted_samples(from->mesh.face_count, to->mesh.face_count, SAMPLES_A_FACE, LEAST_SAMPLES,
                                         MOST_SAMPLES);
-    sampling s = {from, to, wanted, 1, NULL, 0, QW_NEW(env, float, blocks)};
+    sampling s = {.from = from, .to = to, .samples = wanted, .step = 1, .largest = QW_NEW(env, float, blocks)};
     qw_pilots pilots = pilots_of(&s);
     s.samples = qw_affordable(&pilots, wanted), s.step = qw_affordable_step(&pilots, from->mesh.vertex_count);
-    s.distance = QW_NEW(env, float, s.samples);
+    s.distance = QW_NEW(env, float, s.samples), s.order = QW_NEW(env, uint64_t, s.samples);
+    qw_parallel(env, s.samples, QW_GRAIN, place_samples, &s);
+    qw_sort_u64(s.order, s.samples);
     qw_parallel(env, s.samples, QW_GRAIN, sample_surface, &s);
+    qw_free(env, s.order);
     spread r = {0};
     for (uint32_t i = 0; i < s.samples; i++) {
         r.mean += s.distance[i];
         s.farthest = fmaxf(s.farthest, s.distance[i]);
     }
     r.most = s.farthest;
-    qw_parallel(env, from->mesh.vertex_count, QW_GRAIN, visit_vertices, &s);
+    s.first = QW_NEW(env, uint32_t, from->mesh.vertex_count);
+    list_first_faces(&from->mesh, s.first);
+    qw_parallel(env, from->mesh.face_count, QW_GRAIN, visit_vertices, &s);
+    qw_free(env, s.first);
     for (uint32_t b = 0; b < blocks; b++) r.most = fmax(r.most, s.largest[b]);
     r.mean /= s.samples;
     r.p999 = qw_percentile(s.distance, s.samples, 0.999);
@@ -131,7 +171,8 @@ static spread distance_between(qw_env *env, const qw_surface *from, const qw_sur
 typedef struct flip_task {
     const qw_surface *from;
     qw_flip_judge judge;
-    uint32_t step; /* between faces that are judged */
+    uint32_t step;     /* between faces that are judged */
+    uint32_t *polygon; /* uint32_t[triangles]: the face that a triangle is the first of, or QW_NONE */
     uint32_t *counts;
 } flip_task;
 
@@ -143,12 +184,24 @@ static bool is_flipped(const qw_flip_judge *judge, const qw_surface *from, uint3
                          &QW_FLIP_MEASURED, hint);
 }
 
+static uint32_t *list_polygons(qw_env *env, const qw_surface *from, uint32_t faces)
+{
+    uint32_t *polygon = QW_NEW(env, uint32_t, from->mesh.face_count);
+    memset(polygon, 0xff, from->mesh.face_count * sizeof *polygon);
+    for (uint32_t f = 0; f < faces; f++)
+        if (from->face_begin[f] < from->face_begin[f + 1]) polygon[from->face_begin[f]] = f;
+    return polygon;
+}
+
+/* Triangles in the order of their tree; those without an area are in none, and what has no other is not flipped. */
 static void count_flipped(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const flip_task *task = user;
     uint32_t hint = QW_NONE, count = 0;
-    for (uint32_t f = begin; f < end; f++)
-        if (f % task->step == 0) count += is_flipped(&task->judge, task->from, f, &hint);
+    for (uint32_t i = begin; i < end; i++) {
+        uint32_t f = task->polygon[qw_bvh_face_at(task->from->bvh, i)];
+        if (f != QW_NONE && f % task->step == 0) count += is_flipped(&task->judge, task->from, f, &hint);
+    }
     task->counts[block] = count;
 }
 
@@ -162,17 +215,19 @@ static void spread_both(const qw_surface *to, uint32_t polygons, const uint8_t *
 static int64_t flipped_faces(qw_env *env, const qw_surface *from, const qw_surface *to, const uint8_t *both,
                              uint32_t faces, float edge)
 {
-    uint32_t blocks = qw_block_count(faces, QW_GRAIN);
-    flip_task task = {from, {&to->mesh, to->normal, both, to->bvh, edge, NULL}, 1, QW_NEW(env, uint32_t, blocks)};
+    uint32_t triangles = from->mesh.face_count, blocks = qw_block_count(triangles, QW_GRAIN);
+    flip_task task = {.from = from, .judge = {&to->mesh, to->normal, both, to->bvh, edge, NULL}, .step = 1};
+    task.polygon = list_polygons(env, from, faces), task.counts = QW_NEW(env, uint32_t, blocks);
     qw_pilots pilots = {0};
     qw_flip_judge pilot = task.judge;
     pilot.effort = &pilots.effort;
     for (uint32_t f; qw_next_pilot(&pilots, faces, &f);) is_flipped(&pilot, from, f, &(uint32_t){QW_NONE});
     task.step = qw_affordable_step(&pilots, faces);
-    qw_parallel(env, faces, QW_GRAIN, count_flipped, &task);
+    qw_parallel(env, triangles, QW_GRAIN, count_flipped, &task);
     int64_t count = 0;
     for (uint32_t b = 0; b < blocks; b++) count += task.counts[b];
     qw_free(env, task.counts);
+    qw_free(env, task.polygon);
     return count * task.step;
 }
 

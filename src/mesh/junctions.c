@@ -28,10 +28,9 @@ typedef struct sewing {
     double tolerance;
     open_edge *edge; /* open_edge[edges] */
     uint32_t edges;
-    uint64_t *along; /* uint64_t[2 edges]: vertex << 32 | the other end, sorted */
-    qw_box_tree tree;
-    uint32_t *order; /* uint32_t[edges]: edge of each primitive of the tree */
-    uint64_t *split; /* uint64_t[splits]: edge << 32 | vertex */
+    uint64_t *along;  /* uint64_t[2 edges]: vertex << 32 | the other end, sorted */
+    qw_box_tree tree; /* its primitives are the edges, in their order */
+    uint64_t *split;  /* uint64_t[splits]: edge << 32 | vertex */
     size_t splits, room;
     uint64_t asked;
 } sewing;
@@ -72,6 +71,7 @@ static void find_open_edges(sewing *w, const qw_edges *edges)
 
 static qw_vec3 single(const double *p) { return qw_v3((float)p[0], (float)p[1], (float)p[2]); }
 
+/* Puts the edges into the order of the tree. */
 static void build_tree(sewing *w)
 {
     qw_box *box = QW_NEW(w->env, qw_box, w->edges);
@@ -81,9 +81,13 @@ static void build_tree(sewing *w)
         box[e] = qw_box_of(ends, 2);
         for (int k = 0; k < 3; k++) box[e].lo[k] -= grown, box[e].hi[k] += grown;
     }
-    w->order = QW_NEW(w->env, uint32_t, w->edges);
-    w->tree = qw_box_tree_build(w->env, box, w->edges, w->order);
+    uint32_t *order = QW_NEW(w->env, uint32_t, w->edges);
+    open_edge *given = w->edge;
+    w->tree = qw_box_tree_build(w->env, box, w->edges, order);
     qw_free(w->env, box);
+    w->edge = QW_NEW(w->env, open_edge, w->edges);
+    for (uint32_t i = 0; i < w->edges; i++) w->edge[i] = given[order[i]];
+    qw_free(w->env, order), qw_free(w->env, given);
 }
 
 /* ---- vertices on them */
@@ -109,17 +113,28 @@ static double distance2(const double *p, const double *q)
     return x * x + y * y + z * z;
 }
 
-/* Whether vertex v lies inside edge e, which another open edge from v goes along. first: of v in `along`. */
-static bool lies_on(const sewing *w, const open_edge *e, uint32_t v, size_t first)
+/* The first of the open edges from v, in `along`. */
+static size_t first_along(const sewing *w, uint32_t v)
 {
-    assert(w->along[first] >> 32 == v);
+    size_t begin = 0, end = 2 * (size_t)w->edges;
+    while (begin < end) {
+        size_t middle = begin + (end - begin) / 2;
+        if (w->along[middle] >> 32 < v) begin = middle + 1;
+        else end = middle;
+    }
+    return begin;
+}
+
+/* Whether vertex v lies inside edge e, which another open edge from v goes along. */
+static bool lies_on(const sewing *w, const open_edge *e, uint32_t v)
+{
     double near2 = w->tolerance * w->tolerance, off;
     const double *p = point_of(w, v);
-    if (v == e->from || v == e->to || v == w->sheets->corner[qw_prev(e->half)]) return false;
+    if (v == e->from || v == e->to) return false;
     double t = place_on(w, e, p, &off);
-    if (!(t > 0 && t < 1) || off > near2) return false;
+    if (!(t > 0 && t < 1) || off > near2 || v == w->sheets->corner[qw_prev(e->half)]) return false;
     if (distance2(p, point_of(w, e->from)) <= near2 || distance2(p, point_of(w, e->to)) <= near2) return false;
-    for (size_t i = first; i < 2 * (size_t)w->edges && w->along[i] >> 32 == v; i++) {
+    for (size_t i = first_along(w, v); i < 2 * (size_t)w->edges && w->along[i] >> 32 == v; i++) {
         place_on(w, e, point_of(w, (uint32_t)w->along[i]), &off);
         if (off <= near2) return true;
     }
@@ -139,7 +154,7 @@ static bool is_outside(const qw_box_node *n, const double *p)
     return false;
 }
 
-static void ask_edges(sewing *w, uint32_t v, size_t first)
+static void ask_edges(sewing *w, uint32_t v)
 {
     uint32_t stack[QW_BOX_STACK], top = 0;
     const double *p = point_of(w, v);
@@ -149,7 +164,7 @@ static void ask_edges(sewing *w, uint32_t v, size_t first)
         if (is_outside(n, p)) continue;
         w->asked += n->count;
         for (uint32_t i = n->first; i < n->first + n->count; i++)
-            if (lies_on(w, &w->edge[w->order[i]], v, first)) add_split(w, w->order[i], v);
+            if (lies_on(w, &w->edge[i], v)) add_split(w, i, v);
         assert(top + 2 <= QW_BOX_STACK);
         if (n->count == 0) stack[top++] = n->first + 1, stack[top++] = n->first;
     }
@@ -167,16 +182,27 @@ static void order_splits(const sewing *w, open_edge *e)
     qw_sort_u64(w->split + e->begin, e->end - e->begin);
 }
 
-/* False where there are too many edges to ask. */
-static bool find_splits(sewing *w)
+/* Every vertex of an open edge asks once, in the order of the tree: what one has looked at is what the next will. False
+   where there are too many edges to ask. */
+static bool ask_all(sewing *w)
 {
-    for (size_t i = 0; i < 2 * (size_t)w->edges; i++) {
-        uint32_t v = (uint32_t)(w->along[i] >> 32);
-        if (i > 0 && w->along[i - 1] >> 32 == v) continue;
+    uint8_t *has_asked = QW_NEW_ZERO(w->env, uint8_t, w->sheets->vertex_count);
+    for (uint32_t i = 0; i < w->edges; i++) {
+        const uint32_t ends[2] = {w->edge[i].from, w->edge[i].to};
         qw_break_silence(w->env);
-        ask_edges(w, v, i);
+        for (int k = 0; k < 2; k++) {
+            if (!has_asked[ends[k]]) ask_edges(w, ends[k]);
+            has_asked[ends[k]] = 1;
+        }
         if (w->asked > MOST_ASKED * ((uint64_t)w->edges + MOST_ASKED)) return false;
     }
+    qw_free(w->env, has_asked);
+    return true;
+}
+
+static bool find_splits(sewing *w)
+{
+    if (!ask_all(w)) return false;
     qw_sort_u64(w->split, w->splits);
     for (uint32_t i = 0, end; i < w->splits; i = end) {
         open_edge *e = &w->edge[w->split[i] >> 32];

@@ -22,6 +22,7 @@ enum {
     LEAST_CLEAR = 30,       /* samples with clear directions; follow is not given for fewer */
     PLANES = 6,             /* three axes, three principal axes */
     MIRRORED = 2000,        /* samples mirrored at each plane */
+    MOST_VERTICES = 200000, /* mirrored for the mean distance; of more as many, evenly */
     PIECES_A_TRIANGLE = 32, /* of a ball, that are looked at in the time that a triangle takes */
     GRAIN = 64
 };
@@ -212,6 +213,7 @@ typedef struct mirror_task {
     const qw_vec3 *point;        /* qw_vec3[samples], or of the vertices */
     uint32_t samples;            /* mirrored at each plane */
     const qw_curve_tree *nearby; /* of the vertices */
+    uint32_t vertices;           /* of which samples are mirrored */
     float reach;                 /* of samples: what is farther is not looked for */
     float *distance;             /* float[PLANES samples], or of the vertices */
 } mirror_task;
@@ -238,8 +240,10 @@ static void mirror_vertices(void *user, uint32_t block, uint32_t begin, uint32_t
 {
     (void)block;
     const mirror_task *t = user;
-    for (uint32_t i = begin; i < end; i++)
-        t->distance[i] = sqrtf(qw_curve_nearest(t->nearby, mirrored(t->planes, t->point[i]), FLT_MAX).distance2);
+    for (uint32_t i = begin; i < end; i++) {
+        qw_vec3 p = t->point[(uint64_t)i * t->vertices / t->samples];
+        t->distance[i] = sqrtf(qw_curve_nearest(t->nearby, mirrored(t->planes, p), FLT_MAX).distance2);
+    }
 }
 
 static double diagonal_of(const qw_surface *s)
@@ -307,11 +311,12 @@ static void measure_mirror(qw_env *env, const qw_mesh_view *mesh, const qw_polyg
     for (uint32_t v = 0; v < mesh->vertex_count; v++)
         if (used[v]) point[count++] = out->mesh.position[v];
     mirror_task t = {.planes = &found, .point = point, .nearby = qw_curve_tree_build(env, point, point, count)};
-    t.distance = QW_NEW(env, float, count);
-    qw_parallel(env, count, GRAIN, mirror_vertices, &t);
+    t.vertices = count, t.samples = count < MOST_VERTICES ? count : MOST_VERTICES;
+    t.distance = QW_NEW(env, float, t.samples);
+    qw_parallel(env, t.samples, GRAIN, mirror_vertices, &t);
     double sum = 0;
-    for (uint32_t i = 0; i < count; i++) sum += (double)t.distance[i];
-    quality->mirror = sum / count / edge;
+    for (uint32_t i = 0; i < t.samples; i++) sum += (double)t.distance[i];
+    quality->mirror = sum / t.samples / edge;
 }
 
 void qw_measure_shape(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, const qw_surface *out,
