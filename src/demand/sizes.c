@@ -177,6 +177,18 @@ static bool is_needle(const qw_trimesh *s, uint32_t f)
     return !((double)qw_length(qw_face_cross(s, f)) * NEEDLE >= longest * longest);
 }
 
+typedef struct needle_task {
+    const qw_trimesh *surface;
+    uint8_t *needle; /* uint8_t[faces]: whether each is one */
+} needle_task;
+
+static void find_needles(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const needle_task *t = user;
+    for (uint32_t f = begin; f < end; f++) t->needle[f] = is_needle(t->surface, f);
+}
+
 /* Whether the edge of h is a ridge, with needles on either side, which nothing merges. */
 static bool is_ridge(const qw_trimesh *s, const uint8_t *needle, uint32_t h)
 {
@@ -191,7 +203,7 @@ double qw_total_extent(qw_env *env, const qw_trimesh *s, const qw_census *census
     double *extent = qw_extents(env, s, census), sum = 0;
     double *ridges = QW_NEW_ZERO(env, double, (size_t)census->components);
     uint8_t *needle = QW_NEW(env, uint8_t, s->face_count);
-    for (uint32_t f = 0; f < s->face_count; f++) needle[f] = is_needle(s, f);
+    qw_parallel(env, s->face_count, QW_GRAIN_LIGHT, find_needles, &(needle_task){s, needle});
     for (uint32_t h = 0; h < 3 * s->face_count; h++)
         if (is_ridge(s, needle, h)) ridges[census->component[h / 3]] += (double)qw_edge_length(s, h);
     for (int64_t c = 0; c < census->components; c++) sum += fmax(extent[c], ridges[c] / RIDGES);

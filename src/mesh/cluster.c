@@ -242,6 +242,14 @@ static void set_bit(uint64_t *bits, uint32_t i, bool value)
     bits[i / 64] = (bits[i / 64] & ~(UINT64_C(1) << i % 64)) | (uint64_t)value << i % 64;
 }
 
+static void find_corners(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const clustering *c = user;
+    for (size_t t = begin; t < end; t++)
+        for (size_t i = 0; i < 3; i++) c->corner[3 * t + i] = c->of[c->input->corner[3 * (size_t)c->face[t] + i]];
+}
+
 /* Gathers the triangles whose corners are in three clusters: of all, or of those that may be others than before. */
 static void find_triangles(clustering *c)
 {
@@ -251,8 +259,7 @@ static void find_triangles(clustering *c)
     qw_free(c->env, c->face), qw_free(c->env, c->corner);
     c->face = list_bits(c->env, c->three, c->input->face_count, &c->triangles);
     c->corner = QW_NEW(c->env, uint32_t, 3 * (size_t)c->triangles);
-    for (size_t t = 0; t < c->triangles; t++)
-        for (size_t i = 0; i < 3; i++) c->corner[3 * t + i] = c->of[c->input->corner[3 * (size_t)c->face[t] + i]];
+    qw_parallel(c->env, c->triangles, GRAIN, find_corners, c);
 }
 
 /* Whether a triangle faces against a cluster at one of its corners. Triangles of the input may. */
@@ -328,16 +335,25 @@ static void touch(clustering *c)
     qw_free(c->env, bits);
 }
 
+static void reopen_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    clustering *c = user;
+    for (uint32_t v = begin; v < end; v++) {
+        const cluster *k = &c->cluster[c->of[v]];
+        c->open[v] = k->bad && k->count > 1;
+        if (c->open[v] && ++c->level[v] > first_level(c, v) + SPLITS) c->level[v] = ALONE;
+    }
+}
+
 /* Opens the bad clusters, to be made again in smaller cells; false: there are none. */
 static bool reopen(clustering *c)
 {
     uint32_t *opened = QW_NEW(c->env, uint32_t, c->input->vertex_count), n = 0;
+    qw_parallel(c->env, c->input->vertex_count, GRAIN, reopen_block, c);
     for (uint32_t v = 0; v < c->input->vertex_count; v++) {
-        const cluster *k = &c->cluster[c->of[v]];
-        c->open[v] = k->bad && k->count > 1;
-        if (!c->open[v]) continue;
-        opened[n++] = v;
-        if (++c->level[v] > first_level(c, v) + SPLITS) c->level[v] = ALONE;
+        opened[n] = v;
+        n += c->open[v];
     }
     for (uint32_t k = 0; k < c->count; k++) c->cluster[k].bad = false;
     qw_free(c->env, c->opened);
