@@ -91,7 +91,8 @@ static qw_step go_on(uint32_t best) { return (qw_step){QW_NO_RETRY, best, FIRST_
 /* ---- after INVERSIONS */
 
 /* The surface can be flattened with usual or with stiff triangles; the second is tried where the first leaves
-   triangles inverted. */
+   triangles inverted. Where cones leave the quads no room, repairs decide what the quads are: once the size has been
+   changed for their count, it is not. */
 static qw_step after_integers(const qw_history *h)
 {
     const qw_attempt *a = current(h);
@@ -100,8 +101,10 @@ static qw_step after_integers(const qw_history *h)
         const qw_attempt *before = a - 1;
         return go_on(before->verdict.inverted <= a->verdict.inverted ? h->current - 1 : h->current);
     }
-    if (!h->request.is_closed || a->verdict.inverted == 0 || a->verdict.stiffening_changes_nothing ||
-        a->plan.strategy == QW_STRATEGY_STIFF || !has_use(h, QW_RETRY_INVERTED, round_begin(h)))
+    uint32_t round = round_begin(h);
+    bool repairs_decide = a->verdict.is_crowded && uses_since(h, QW_RETRY_FACE_COUNT, round) > 0;
+    if (!h->request.is_closed || a->verdict.inverted == 0 || a->verdict.stiffening_changes_nothing || repairs_decide ||
+        a->plan.strategy == QW_STRATEGY_STIFF || !has_use(h, QW_RETRY_INVERTED, round))
         return go_on(h->current);
     qw_step step = {QW_RETRY_INVERTED, h->current, a->plan};
     step.plan.strategy = QW_STRATEGY_STIFF, step.plan.effort = QW_EFFORT_FULL;
