@@ -110,12 +110,26 @@ static void add_faces(making *m, uint32_t count, const uint32_t (*corner)[4], co
 
 /* ---- whether they are flipped */
 
+/* Whether any triangle of the piece faces against a half of the quad: else nothing can be flipped, and no tree is
+   needed. */
+static bool has_opposite(const piece *p, const qw_vec3 *position, const uint32_t *corner)
+{
+    const uint32_t halves[6] = {corner[0], corner[1], corner[2], corner[0], corner[2], corner[3]};
+    qw_vec3 one = qw_triangle_cross(position, halves), two = qw_triangle_cross(position, halves + 3);
+    for (uint32_t i = 0; i < p->count; i++) {
+        qw_vec3 cross = qw_face_cross(p->mesh, p->face[i]);
+        if (qw_dot(cross, one) < 0 || qw_dot(cross, two) < 0) return true;
+    }
+    return false;
+}
+
 /* corner: into position. */
 static bool is_any_flipped(making *m, const piece *p, const qw_vec3 *position, uint32_t count,
                            const uint32_t (*corner)[4])
 {
     assert(count > 0 && m->mean_edge > 0);
     bool any = false;
+    if (count == 1 && !has_opposite(p, position, corner[0])) return false;
     qw_scope_begin(m->env);
     qw_trimesh part = qw_take_part(m->env, &m->parts, p->number);
     qw_flip_judge judge = {.surface = &part, .tree = qw_bvh_build(m->env, &part), .edge = m->mean_edge};
