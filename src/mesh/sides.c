@@ -340,23 +340,64 @@ static void make_some_patches(void *user, uint32_t block, uint32_t begin, uint32
     for (uint32_t i = begin; i < end; i++) l->t->s->patch[l->vertex[i]] = patch_at(l->t, l->vertex[i], &hood);
 }
 
+/* Whether more places could make it seem banded, or not so. */
+static bool has_more_to_try(const trial *sum) { return sum->bent < MOST_SEEDS && sum->uneven <= UNEVEN * MOST_SEEDS; }
+
+/* Lists in `list` the vertices around those of `seed` that have no patch yet, and returns how many there are. listed:
+   uint8_t[vertex_count], those that were listed before. */
+static uint32_t list_around(const side_task *t, const uint32_t *seed, uint32_t count, uint8_t *listed, uint32_t *list)
+{
+    uint32_t found = 0;
+    qw_hood around;
+    for (uint32_t i = 0; i < count; i++) {
+        qw_collect_hood(t->s, seed[i], REACH * t->s->edge[seed[i]], NULL, &around);
+        for (uint32_t k = 0; k < around.count; k++) {
+            uint32_t c = around.vertex[k];
+            if (listed[c] || qw_length2(t->s->patch[c].normal) > 0) continue;
+            listed[c] = 1, list[found++] = c;
+        }
+    }
+    return found;
+}
+
+/* PART: rough vertices whose patches are made on all threads, SEEDS: bent ones whose neighbourhoods are, before what
+   they say is asked for. */
+enum { PART = 256, SEEDS = 32 };
+
+/* Leaves the bent ones in `list`; returns their number. */
+static uint32_t keep_bent(const side_task *t, uint32_t *list, uint32_t count)
+{
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < count; i++)
+        if (t->s->patch[list[i]].spread > QW_BENT) list[kept++] = list[i];
+    return kept;
+}
+
 static bool seems_banded(qw_env *env, const side_task *t)
 {
-    enum { PART = 256 }; /* are looked at on all threads before what they say is asked for */
     const qw_sides *s = t->s;
     uint32_t n = s->mesh->vertex_count, rough = 0, seen = 0, count = 0;
     for (uint32_t v = 0; v < n; v++) rough += s->rough[v];
     uint32_t step = rough / MOST_TRIED + 1, *list = QW_NEW(env, uint32_t, rough / step + 1);
+    uint32_t *around = QW_NEW(env, uint32_t, (size_t)SEEDS * QW_HOOD);
+    uint8_t *listed = QW_NEW_ZERO(env, uint8_t, n);
     for (uint32_t v = 0; v < n; v++)
         if (s->rough[v] && seen++ % step == 0) list[count++] = v;
     trial sum = {0};
-    for (uint32_t first = 0; first < count && sum.bent < MOST_SEEDS; first += PART) {
-        uint32_t end = count - first < PART ? count : first + PART;
-        qw_parallel(env, end - first, PART / 16, make_some_patches, &(trial_list){t, list + first});
-        for (uint32_t i = first; i < end && sum.bent < MOST_SEEDS; i++)
-            if (s->patch[list[i]].spread > QW_BENT) try_at(t, list[i], &sum);
+    for (uint32_t first = 0; first < count && has_more_to_try(&sum); first += PART) {
+        uint32_t part = count - first < PART ? count - first : PART;
+        qw_parallel(env, part, PART / 16, make_some_patches, &(trial_list){t, list + first});
+        part = keep_bent(t, list + first, part);
+        for (uint32_t i = 0; i < part && has_more_to_try(&sum); i++) {
+            const uint32_t *seed = list + first + i;
+            if (i % SEEDS == 0) {
+                uint32_t some = list_around(t, seed, part - i < SEEDS ? part - i : SEEDS, listed, around);
+                qw_parallel(env, some, PART / 16, make_some_patches, &(trial_list){t, around});
+            }
+            try_at(t, *seed, &sum);
+        }
     }
-    qw_free(env, list);
+    qw_free(env, list), qw_free(env, around), qw_free(env, listed);
     return sum.bent > 0 && sum.uneven <= UNEVEN * sum.bent && sum.marked <= MOST_MARKED * sum.bent;
 }
 
