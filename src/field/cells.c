@@ -35,27 +35,41 @@ qw_cells qw_cells_of_vertices(qw_env *env, const qw_trimesh *m)
 
 /* ---- cells */
 
+/* A vertex as the search for starts sees it: together in memory, as it looks at some thirty a vertex. */
+typedef struct spot {
+    qw_vec3 point;
+    uint32_t seen; /* the start that was there last, or QW_NONE */
+} spot;
+
+static spot *make_spots(qw_env *env, const qw_cells *g)
+{
+    spot *at = QW_NEW(env, spot, g->count);
+    for (uint32_t v = 0; v < g->count; v++) at[v] = (spot){g->point[v], QW_NONE};
+    return at;
+}
+
 /* Where cells begin: no two within `apart` of one another, and everything within it of one, along the graph. Returns
    their number; start: uint32_t[g->count]. */
 static uint32_t choose_starts(qw_env *env, const qw_cells *g, float apart, uint32_t *start)
 {
-    uint32_t count = 0, *stack = QW_NEW(env, uint32_t, g->count), *seen = QW_NEW(env, uint32_t, g->count);
-    memset(seen, 0xff, g->count * sizeof *seen); /* the start that was there last */
+    uint32_t count = 0, *stack = QW_NEW(env, uint32_t, g->count);
+    spot *at = make_spots(env, g);
     for (uint32_t v = 0; v < g->count; v++) {
-        if (seen[v] != QW_NONE) continue;
+        if (at[v].seen != QW_NONE) continue;
         uint32_t deep = 0;
-        start[count] = v, seen[v] = count, stack[deep++] = v;
+        qw_vec3 middle = at[v].point;
+        start[count] = v, at[v].seen = count, stack[deep++] = v;
         while (deep > 0) {
             uint32_t u = stack[--deep];
             for (uint32_t i = g->begin[u]; i < g->begin[u + 1]; i++) {
-                uint32_t w = g->neighbour[i];
-                if (seen[w] == count || qw_distance(g->point[w], g->point[v]) > apart) continue;
-                seen[w] = count, stack[deep++] = w;
+                spot *w = &at[g->neighbour[i]];
+                if (w->seen == count || qw_distance(w->point, middle) > apart) continue;
+                w->seen = count, stack[deep++] = g->neighbour[i];
             }
         }
         count++;
     }
-    qw_free(env, stack), qw_free(env, seen);
+    qw_free(env, stack), qw_free(env, at);
     return count;
 }
 
@@ -90,9 +104,9 @@ static void link_cells(qw_env *env, const qw_cells *g, qw_cells *c)
 {
     uint32_t *first, *member = list_members(env, c, g->count, &first), *seen = QW_NEW(env, uint32_t, c->count),
                      kept = 0;
-    size_t capacity = 0;
     double sum = 0;
     memset(seen, 0xff, c->count * sizeof *seen); /* the last cell that was found to touch it */
+    c->neighbour = QW_NEW(env, uint32_t, g->begin[g->count]);
     c->begin = QW_NEW_ZERO(env, uint32_t, (size_t)c->count + 1);
     for (uint32_t a = 0; a < c->count; a++) {
         for (uint32_t k = first[a]; k < first[a + 1]; k++)
@@ -100,7 +114,6 @@ static void link_cells(qw_env *env, const qw_cells *g, qw_cells *c)
                 uint32_t b = c->of[g->neighbour[i]];
                 if (b == a || seen[b] == a) continue;
                 seen[b] = a;
-                c->neighbour = qw_grow(env, c->neighbour, &capacity, (size_t)kept + 1, sizeof *c->neighbour);
                 c->neighbour[kept++] = b;
                 sum += (double)qw_distance(c->point[a], c->point[b]);
             }
