@@ -6,6 +6,7 @@
 
 #include <assert.h>
 #include <math.h>
+#include <stdatomic.h>
 #include <string.h>
 
 /* The most by which a search that accepts by estimates may miss the count, as a share of it. */
@@ -112,32 +113,26 @@ static bool close_layout(qw_env *env, qw_complex *c, double most)
     return qw_close_offsets(env, c, QW_LONGEST_WALK, most);
 }
 
-typedef enum outcome {
-    IN_THE_WAY, /* no segment can be made, which takes no time to speak of */
-    FAILED,
-    KEPT
-} outcome;
-
 /* Makes the two lines of k meet in m, which is as `now` first. It is kept where what is saved is worth the energy that
    it costs: the length that all lines together have lost or, where the search accepts_by_estimate, what these two may
    save. */
-static outcome attempt(qw_env *env, const qw_meeting_terms *terms, const qw_candidate *k, const qw_measured_layout *now,
-                       qw_measured_layout *m)
+static bool attempt(qw_env *env, const qw_meeting_terms *terms, const qw_candidate *k, const qw_measured_layout *now,
+                    qw_measured_layout *m)
 {
     copy_measured(env, now, m);
     qw_complex *c = &m->layout.complex;
-    if (!qw_make_segment(env, &m->layout, k->segment)) return IN_THE_WAY;
-    if (!close_layout(env, c, k->gain / terms->worth)) return FAILED;
+    if (!qw_make_segment(env, &m->layout, k->segment)) return false;
+    if (!close_layout(env, c, k->gain / terms->worth)) return false;
     double had = qw_complex_area(&now->layout.complex),
            room = terms->accepts_by_estimate ? TRUSTED_AREA * terms->first_area
                                              : qw_area_beyond(terms->least_area, terms->most_area, had);
     if (qw_area_beyond(terms->least_area, terms->most_area, qw_complex_area(c)) > room || !qw_measure_energy(terms, m))
-        return FAILED;
+        return false;
     double cost = terms->worth * (m->energy - now->energy);
     bool pays = terms->accepts_by_estimate ? k->gain > cost : qw_measure_lines(terms, m, now->lines - cost);
-    if (!pays || qw_count_touching(env, terms->component, m->source.d) > terms->touching) return FAILED;
+    if (!pays || qw_count_touching(env, terms->component, m->source.d) > terms->touching) return false;
     if (terms->accepts_by_estimate) qw_measure_lines(terms, m, INFINITY);
-    return KEPT;
+    return true;
 }
 
 /* ---- side by side */
@@ -149,7 +144,6 @@ typedef struct worker {
     qw_measured_layout measured;
     qw_candidates found;
     uint32_t part; /* of the work at hand that is done here */
-    uint32_t next; /* index of its next candidate */
     uint32_t kept; /* index of the candidate that `measured` shows, or the count of all */
 } worker;
 
@@ -162,7 +156,9 @@ struct qw_attempts {
     /* the work at hand */
     const qw_outlook *outlook;
     const qw_candidate *const *candidate;
-    uint32_t count, first_kept; /* index of the first known that can be kept, or the count */
+    uint32_t count;
+    atomic_uint next;       /* index of the first candidate that no lane has begun with */
+    atomic_uint first_kept; /* index of the first known that can be kept, or the count */
     const qw_measured_layout *now;
 };
 
@@ -244,14 +240,19 @@ void qw_attempts_find(qw_env *env, qw_attempts *a, const qw_outlook *outlook, qw
     qw_sort_candidates(found);
 }
 
-/* Attempts the candidates of a worker, every lane_count-th, until one has taken some time. */
-static void attempt_part(void *user)
+/* Attempts one candidate after the other, of those that no other lane has begun with, until one is kept or one before
+   has been. */
+static void attempt_some(void *user)
 {
     worker *b = user;
-    const qw_attempts *a = b->all;
-    for (outcome o = IN_THE_WAY; o == IN_THE_WAY && b->next < a->first_kept; b->next += a->lane_count) {
-        o = attempt(b->env, a->terms, a->candidate[b->next], a->now, &b->measured);
-        if (o == KEPT) b->kept = b->next;
+    qw_attempts *a = b->all;
+    for (uint32_t i; (i = atomic_fetch_add(&a->next, 1)) < atomic_load(&a->first_kept);) {
+        qw_break_silence(b->env);
+        if (!attempt(b->env, a->terms, a->candidate[i], a->now, &b->measured)) continue;
+        b->kept = i;
+        for (unsigned first = atomic_load(&a->first_kept); i < first;)
+            if (atomic_compare_exchange_weak(&a->first_kept, &first, i)) break;
+        return;
     }
 }
 
@@ -259,44 +260,41 @@ static void attempt_in_lane(void *user, uint32_t block, uint32_t begin, uint32_t
 {
     (void)end, (void)block;
     worker *b = &((qw_attempts *)user)->worker[begin];
-    if (b->env && b->kept == b->all->count && qw_protect(b->env, attempt_part, b) != QW_OK) b->env = NULL;
+    if (b->env && qw_protect(b->env, attempt_some, b) != QW_OK) b->env = NULL;
 }
 
-/* Goes on until all before the first that can be kept have been attempted; false where it is to be done otherwise. */
+/* All before the first that can be kept are attempted, and some behind it in vain; false where it is to be done
+   otherwise. */
 static bool attempt_in_lanes(qw_env *env, qw_attempts *a)
 {
-    for (worker *b = a->worker; b < a->worker + a->lane_count; b++) b->next = b->part, b->kept = a->count;
-    for (bool more = true; more;) {
-        if (!run_lanes(env, a, attempt_in_lane)) return false;
-        more = false;
-        for (const worker *b = a->worker; b < a->worker + a->lane_count; b++)
-            if (b->kept < a->first_kept) a->first_kept = b->kept;
-        for (const worker *b = a->worker; b < a->worker + a->lane_count; b++)
-            more |= b->kept == a->count && b->next < a->first_kept;
-    }
-    return true;
+    for (worker *b = a->worker; b < a->worker + a->lane_count; b++) b->kept = a->count;
+    atomic_store(&a->next, 0);
+    return run_lanes(env, a, attempt_in_lane);
 }
 
 static void attempt_one_by_one(qw_env *env, qw_attempts *a)
 {
     worker *b = &a->own;
-    for (b->kept = a->first_kept = 0; b->kept < a->count; b->kept = ++a->first_kept) {
+    for (b->kept = 0; b->kept < a->count; b->kept++) {
         qw_break_silence(env);
-        if (attempt(env, a->terms, a->candidate[b->kept], a->now, &b->measured) == KEPT) return;
+        if (attempt(env, a->terms, a->candidate[b->kept], a->now, &b->measured)) break;
     }
+    atomic_store(&a->first_kept, b->kept);
 }
 
 uint32_t qw_attempts_make(qw_env *env, qw_attempts *a, const qw_candidate *const *candidate, uint32_t count,
                           qw_measured_layout *now)
 {
     assert(candidate || count == 0);
-    a->candidate = candidate, a->count = a->first_kept = count, a->now = now;
+    a->candidate = candidate, a->count = count, a->now = now;
+    atomic_store(&a->first_kept, count);
     if (!attempt_in_lanes(env, a)) attempt_one_by_one(env, a);
-    if (a->first_kept < count) {
+    uint32_t kept = atomic_load(&a->first_kept);
+    if (kept < count) {
         const worker *b = &a->own;
         for (uint32_t i = 0; i < a->lane_count; i++)
-            if (a->worker[i].kept == a->first_kept) b = &a->worker[i];
+            if (a->worker[i].kept == kept) b = &a->worker[i];
         copy_measured(env, &b->measured, now);
     }
-    return a->first_kept;
+    return kept;
 }
