@@ -39,17 +39,35 @@ static double product(const qw_complex *c, const qw_int2 *a, const qw_int2 *b)
     return sum;
 }
 
-static void shorten_moves(enumeration *n)
+/* Products of the moves with one another, NAN where they have changed since: double[moves][moves]. */
+static void forget_products(uint32_t moves, double *known, uint32_t changed)
 {
+    for (uint32_t i = 0; i < moves; i++) known[changed * moves + i] = known[i * moves + changed] = NAN;
+}
+
+static double known_product(const enumeration *n, double *known, uint32_t i, uint32_t j)
+{
+    double *p = &known[i * n->moves + j];
+    if (isnan(*p))
+        *p = known[j * n->moves + i] = product(n->c, n->move + (size_t)i * n->c->edge_count,
+                                               n->move + (size_t)j * n->c->edge_count);
+    return *p;
+}
+
+static void shorten_moves(qw_env *env, enumeration *n)
+{
+    double *known = QW_NEW(env, double, (size_t)n->moves * n->moves);
+    for (uint32_t i = 0; i < n->moves; i++) forget_products(n->moves, known, i);
     bool shorter = true;
     for (int round = 0; shorter && round < MOST_REDUCTIONS; round++) {
         shorter = false;
         for (uint32_t k = 0; k < n->moves * n->moves; k++) {
-            qw_int2 *a = n->move + (size_t)(k / n->moves) * n->c->edge_count,
-                    *b = n->move + (size_t)(k % n->moves) * n->c->edge_count;
-            double share = a == b ? 0 : product(n->c, a, b) / product(n->c, b, b);
+            uint32_t a = k / n->moves, b = k % n->moves;
+            double share = a == b ? 0 : known_product(n, known, a, b) / known_product(n, known, b, b);
             if (fabs(share) < SHORTENED) continue;
-            add_move(n->c, a, b, -(int32_t)qw_round_away(share));
+            add_move(n->c, n->move + (size_t)a * n->c->edge_count, n->move + (size_t)b * n->c->edge_count,
+                     -(int32_t)qw_round_away(share));
+            forget_products(n->moves, known, a);
             shorter = true;
         }
     }
@@ -119,7 +137,7 @@ uint32_t qw_visit_nearest(qw_env *env, qw_complex *c, const qw_nearest_wish *wis
     enumeration n = {.c = c, .wish = wish, .inner = -1};
     n.moves = qw_find_moves(env, c, MOST_MOVES, &n.move);
     n.r = QW_NEW(env, double, (size_t)n.moves *n.moves), n.aim = QW_NEW(env, double, n.moves);
-    shorten_moves(&n);
+    shorten_moves(env, &n);
     make_orthogonal(env, &n);
     /* The bound begins where it may hold no offsets yet: those visited before `most` is reached are the cheapest. */
     for (uint32_t i = 0; i < n.moves; i++) {
