@@ -48,23 +48,25 @@ static qw_source_point point_of(const qw_hit *hit)
     return (qw_source_point){hit->face, {hit->weight[0], hit->weight[1], hit->weight[2]}};
 }
 
-static void find_corner(search *s, uint32_t h, qw_bvh_query *query, const qw_bvh_pocket *pocket)
+static void find_corner(search *s, uint32_t h, qw_bvh_query *query, qw_vec3 middle)
 {
     assert(h < 4 * s->quads->face_count);
     qw_vec3 at = s->quads->position[s->quads->corner[h]];
     qw_hit hit = {.face = QW_NONE};
-    query->point = qw_lerp(at, pocket->centre, INWARD);
-    if (qw_length2(query->normal) > 0) hit = qw_bvh_find(s->source->bvh, query, pocket);
+    query->point = qw_lerp(at, middle, INWARD);
+    if (qw_length2(query->normal) > 0) hit = qw_bvh_find(s->source->bvh, query, NULL);
     if (hit.face != QW_NONE) query->hint = hit.face, hit = qw_bvh_nearest_on(s->source->bvh, hit.face, at);
     s->origins.corner[h] = point_of(&hit);
 }
 
-static void find_vertex(search *s, uint32_t v, const qw_bvh_pocket *pocket)
+/* hint: a triangle near the vertex, or QW_NONE. */
+static void find_vertex(search *s, uint32_t v, uint32_t hint)
 {
     qw_hit hit = {.face = QW_NONE};
     qw_bvh_query query = qw_query_of_quad(s->source, &s->origins, s->home[v]);
     query.point = s->quads->position[v], query.normal = s->normal[v], query.max_distance = s->vertex_reach[v];
-    if (qw_length2(query.normal) > 0) hit = qw_bvh_find(s->source->bvh, &query, pocket);
+    query.hint = hint;
+    if (qw_length2(query.normal) > 0) hit = qw_bvh_find(s->source->bvh, &query, NULL);
     s->origins.vertex[v] = point_of(&hit);
     s->distance2[v] = hit.face == QW_NONE ? INFINITY : hit.distance2;
 }
@@ -74,14 +76,13 @@ static void find_quads(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     search *s = user;
-    qw_bvh_pocket pocket;
     for (uint32_t f = begin; f < end; f++) {
-        qw_fill_pocket(s->source, s->quads, f, &pocket);
         qw_bvh_query query = qw_query_of_quad(s->source, &s->origins, f);
+        qw_vec3 middle = qw_quad_middle(s->quads->position, s->quads->corner + 4 * (size_t)f);
         query.normal = qw_quad_normal(s->quads, f);
-        for (uint32_t h = 4 * f; h < 4 * f + 4; h++) find_corner(s, h, &query, &pocket);
+        for (uint32_t h = 4 * f; h < 4 * f + 4; h++) find_corner(s, h, &query, middle);
         for (uint32_t h = 4 * f; h < 4 * f + 4; h++)
-            if (s->home[s->quads->corner[h]] == f) find_vertex(s, s->quads->corner[h], &pocket);
+            if (s->home[s->quads->corner[h]] == f) find_vertex(s, s->quads->corner[h], s->origins.corner[h].triangle);
     }
 }
 
