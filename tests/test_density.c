@@ -6,6 +6,7 @@
 #include "unit_shapes.h"
 
 #include "field/cells.h"
+#include "mesh/long_edges.h"
 #include "field/density.h"
 
 #include <math.h>
@@ -158,6 +159,14 @@ static void long_edges_are_cut(void **state)
         assert_memory_equal(&cut.position[v], &cube.position[v], sizeof *cube.position);
     qw_trimesh same = qw_without_long_edges(env, &cube, 0.1f, 20);
     assert_int_equal(same.face_count, cube.face_count);
+    qw_trimesh rod = unit_cylinder(env, 7, 5, 12), plate = unit_fan(env, 9);
+    for (float longest = 0.05f; longest < 8; longest *= 1.3f) { /* all the ways in which a triangle is parted */
+        qw_trimesh of_rod = qw_without_long_edges(env, &rod, longest, 1000000),
+                   of_plate = qw_without_long_edges(env, &plate, longest, 1000000);
+        qw_trimesh_validate(env, &of_rod), qw_trimesh_validate(env, &of_plate);
+        for (uint32_t h = 0; h < 3 * of_rod.face_count; h++) assert_true(qw_edge_length(&of_rod, h) <= longest);
+        for (uint32_t h = 0; h < 3 * of_plate.face_count; h++) assert_true(qw_edge_length(&of_plate, h) <= longest);
+    }
     qw_env_destroy(env);
 }
 

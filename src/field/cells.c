@@ -1,7 +1,7 @@
 #include "field/cells.h"
 
 #include "math/elementary.h"
-#include "mesh/edit.h"
+#include "mesh/long_edges.h"
 #include "solve/queue.h"
 
 #include <assert.h>
@@ -140,59 +140,6 @@ qw_cells qw_cells_of_mesh(qw_env *env, const qw_trimesh *mesh, float width)
     qw_cells g = qw_cells_of_vertices(env, mesh), c = qw_cells_of_cells(env, &g, width);
     qw_free(env, g.begin), qw_free(env, g.neighbour);
     return c;
-}
-
-/* ---- long edges */
-
-static bool has_long_edge(const qw_trimesh *m, float longest)
-{
-    for (uint32_t h = 0; h < 3 * m->face_count; h++)
-        if (qw_edge_length(m, h) > longest) return true;
-    return false;
-}
-
-/* The longest edge of face f where it is longer than that, else QW_NONE. */
-static uint32_t long_edge(const qw_edit *e, uint32_t f, float longest)
-{
-    uint32_t best = QW_NONE;
-    float most = longest * longest;
-    for (uint32_t h = 4 * f; h < 4 * f + 3; h++) {
-        float l = qw_length2(qw_sub(e->vertex[qw_edit_head(e, h)].position, e->vertex[qw_edit_tail(e, h)].position));
-        if (l > most) most = l, best = h;
-    }
-    return best;
-}
-
-/* About as many triangles as there will be: what is cut in halves at its longest edge has a third, in the mean, of the
-   area that even sides of that length have. */
-static uint32_t expect_faces(const qw_trimesh *m, float longest, uint32_t most)
-{
-    const double piece = sqrt(3.0) / 12 * (double)longest * (double)longest;
-    double count = 0;
-    for (uint32_t f = 0; f < m->face_count; f++) count += fmax(1, 0.5 * (double)qw_length(qw_face_cross(m, f)) / piece);
-    return (uint32_t)fmin(count, most);
-}
-
-qw_trimesh qw_without_long_edges(qw_env *env, const qw_trimesh *m, float longest, uint32_t most)
-{
-    assert(longest > 0);
-    if (!has_long_edge(m, longest)) return *m;
-    qw_scope_begin(env);
-    const float *target = QW_NEW_ZERO(env, float, m->vertex_count);
-    qw_edit e = qw_edit_open(env, m, target, qw_trimesh_outgoing(env, m));
-    qw_edit_reserve(&e, expect_faces(m, longest, most));
-    for (uint32_t f = 0; f < e.face_count && e.face_count < most; f++) {
-        uint32_t h;
-        if (f % 256 == 0) qw_break_silence(env);
-        while (e.face_count < most && (h = long_edge(&e, f, longest)) != QW_NONE) {
-            qw_vec3 a = e.vertex[qw_edit_tail(&e, h)].position, b = e.vertex[qw_edit_head(&e, h)].position;
-            qw_edit_split(&e, h, qw_lerp(a, b, 0.5f), 0, 0);
-        }
-    }
-    qw_trimesh cut = *m;
-    if (e.face_count < most) cut = qw_edit_plain(&e, NULL, 0);
-    qw_scope_end(env);
-    return cut;
 }
 
 /* Width of the cells, in mean edges of the quads, up to FEW quads; then it grows by the fourth root of their number, up

@@ -25,10 +25,6 @@ qw_cells qw_cells_of_mesh(qw_env *env, const qw_trimesh *mesh, float width);
 /* Cells of cells. */
 qw_cells qw_cells_of_cells(qw_env *env, const qw_cells *finer, float width);
 
-/* The surface with its long edges cut in halves until none is longer than `longest`; vertices keep their numbers. The
-   surface itself where none is, or where it would take more than `most` faces; else arrays of the current scope. */
-qw_trimesh qw_without_long_edges(qw_env *env, const qw_trimesh *mesh, float longest, uint32_t most);
-
 /* A surface as sizes and what sticks out are found on it: cut so that no edge is longer than a cell is wide, CELL edges
    of the quads. */
 typedef struct qw_surface_cells {
