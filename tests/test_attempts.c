@@ -119,10 +119,10 @@ static void what_is_taken_is_what_it_was(void **state)
     (void)state;
     static const int64_t counts[] = {60, 90, 700, 800};
     uint32_t earlier = 0, later = 0;
-    for (int open = 0; open < 2; open++)
-        for (int i = 0; i < (open ? 1 : 4); i++) {
-            shape s = open ? shape_disc(8) : shape_cube(2);
-            int64_t faces = open ? 56 : counts[i];
+    for (int is_hand = 0; is_hand < 2; is_hand++)
+        for (int i = 0; i < (is_hand ? 1 : 4); i++) {
+            shape s = is_hand ? shape_hand(3) : shape_cube(2);
+            int64_t faces = is_hand ? 70 : counts[i];
             qw_context *context = context_of(&s, faces, QW_STAGE_ASSEMBLE);
             const qw_history *h = &state_of(context)->history;
             assert_true(h->count > 1);

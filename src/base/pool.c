@@ -210,6 +210,18 @@ void qw_pool_destroy(qw_pool *pool)
     free(pool);
 }
 
+void qw_shared_set(qw_shared *n, uint32_t to) { atomic_store(&n->value, to); }
+
+uint32_t qw_shared_get(qw_shared *n) { return atomic_load(&n->value); }
+
+uint32_t qw_shared_next(qw_shared *n) { return atomic_fetch_add(&n->value, 1); }
+
+void qw_shared_lower(qw_shared *n, uint32_t to)
+{
+    for (uint32_t is = atomic_load(&n->value); to < is;)
+        if (atomic_compare_exchange_weak(&n->value, &is, to)) return;
+}
+
 uintptr_t qw_thread_here(void) { return (uintptr_t)pthread_self(); }
 
 uint32_t qw_pool_threads(const qw_pool *pool) { return pool ? pool->wanted + 1 : 1; }

@@ -1,12 +1,12 @@
 #include "integer/attempts.h"
 
 #include "base/constants.h"
+#include "base/pool.h"
 #include "integer/circuits.h"
 #include "integer/touching.h"
 
 #include <assert.h>
 #include <math.h>
-#include <stdatomic.h>
 #include <string.h>
 
 /* The most by which a search that accepts by estimates may miss the count, as a share of it. */
@@ -157,8 +157,8 @@ struct qw_attempts {
     const qw_outlook *outlook;
     const qw_candidate *const *candidate;
     uint32_t count;
-    atomic_uint next;       /* index of the first candidate that no lane has begun with */
-    atomic_uint first_kept; /* index of the first known that can be kept, or the count */
+    qw_shared next;       /* index of the first candidate that no lane has begun with */
+    qw_shared first_kept; /* index of the first known that can be kept, or the count */
     const qw_measured_layout *now;
 };
 
@@ -246,12 +246,11 @@ static void attempt_some(void *user)
 {
     worker *b = user;
     qw_attempts *a = b->all;
-    for (uint32_t i; (i = atomic_fetch_add(&a->next, 1)) < atomic_load(&a->first_kept);) {
+    for (uint32_t i; (i = qw_shared_next(&a->next)) < qw_shared_get(&a->first_kept);) {
         qw_break_silence(b->env);
         if (!attempt(b->env, a->terms, a->candidate[i], a->now, &b->measured)) continue;
         b->kept = i;
-        for (unsigned first = atomic_load(&a->first_kept); i < first;)
-            if (atomic_compare_exchange_weak(&a->first_kept, &first, i)) break;
+        qw_shared_lower(&a->first_kept, i);
         return;
     }
 }
@@ -268,7 +267,7 @@ static void attempt_in_lane(void *user, uint32_t block, uint32_t begin, uint32_t
 static bool attempt_in_lanes(qw_env *env, qw_attempts *a)
 {
     for (worker *b = a->worker; b < a->worker + a->lane_count; b++) b->kept = a->count;
-    atomic_store(&a->next, 0);
+    qw_shared_set(&a->next, 0);
     return run_lanes(env, a, attempt_in_lane);
 }
 
@@ -279,7 +278,7 @@ static void attempt_one_by_one(qw_env *env, qw_attempts *a)
         qw_break_silence(env);
         if (attempt(env, a->terms, a->candidate[b->kept], a->now, &b->measured)) break;
     }
-    atomic_store(&a->first_kept, b->kept);
+    qw_shared_set(&a->first_kept, b->kept);
 }
 
 uint32_t qw_attempts_make(qw_env *env, qw_attempts *a, const qw_candidate *const *candidate, uint32_t count,
@@ -287,9 +286,9 @@ uint32_t qw_attempts_make(qw_env *env, qw_attempts *a, const qw_candidate *const
 {
     assert(candidate || count == 0);
     a->candidate = candidate, a->count = count, a->now = now;
-    atomic_store(&a->first_kept, count);
+    qw_shared_set(&a->first_kept, count);
     if (!attempt_in_lanes(env, a)) attempt_one_by_one(env, a);
-    uint32_t kept = atomic_load(&a->first_kept);
+    uint32_t kept = qw_shared_get(&a->first_kept);
     if (kept < count) {
         const worker *b = &a->own;
         for (uint32_t i = 0; i < a->lane_count; i++)
