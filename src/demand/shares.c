@@ -104,7 +104,7 @@ static float turn_at(const qw_trimesh *m, uint32_t h)
 {
     uint32_t t = m->twin[h];
     qw_vec3 one = qw_normalize(qw_face_cross(m, h / 3)), other = qw_normalize(qw_face_cross(m, t / 3)),
-            along = qw_sub(m->position[m->corner[qw_next(h)]], m->position[m->corner[h]]), c = qw_cross(one, other);
+            along = qw_edge_way(m, h), c = qw_cross(one, other);
     double angle = qw_atan2(qw_length(c), qw_dot(one, other));
     if (angle > SHARP) return 0;
     return (float)angle * (qw_dot(c, along) < 0 ? -qw_length(along) : qw_length(along));

@@ -44,11 +44,6 @@ typedef struct finder {
     uint32_t *at[2]; /* room for the curve edges at a vertex */
 } finder;
 
-static qw_vec3 along(const qw_trimesh *mesh, uint32_t h)
-{
-    return qw_sub(mesh->position[mesh->corner[qw_next(h)]], mesh->position[mesh->corner[h]]);
-}
-
 /* ---- pairs */
 
 /* The distance between two edges where they lie side by side, and how long that is; INFINITY where they do not. */
@@ -56,7 +51,7 @@ static pair side_by_side(const qw_trimesh *mesh, uint32_t a, uint32_t b)
 {
     assert(a < 3 * mesh->face_count && b < 3 * mesh->face_count);
     const pair none = {.width = INFINITY};
-    qw_vec3 p = mesh->position[mesh->corner[a]], da = along(mesh, a), db = along(mesh, b);
+    qw_vec3 p = mesh->position[mesh->corner[a]], da = qw_edge_way(mesh, a), db = qw_edge_way(mesh, b);
     float la = qw_length(da), lb = qw_length(db);
     if (!(la > 0 && lb > 0)) return none;
     qw_vec3 d = qw_scale(da, 1 / la);

@@ -19,11 +19,6 @@ typedef struct decision {
     uint8_t *goes_on; /* uint8_t[vertex_count]: 1: at the end of a band that gives way: what ends there is not loose */
 } decision;
 
-static qw_vec3 along(const qw_trimesh *mesh, uint32_t h)
-{
-    return qw_sub(mesh->position[mesh->corner[qw_next(h)]], mesh->position[mesh->corner[h]]);
-}
-
 static void give_way(decision *d, uint32_t h, qw_curve_verdict verdict)
 {
     assert(d->mesh->twin[h] != QW_NONE && verdict != QW_CURVE_KEPT);
@@ -51,7 +46,7 @@ static void add_company(company *c, const decision *d, uint32_t arc, uint64_t *b
         uint32_t other = (uint32_t)(beside[i] >> 32);
         uint64_t arcs = (uint64_t)arc << 32 | other;
         if (i == 0 || c->arcs[c->count - 1] != arcs) c->arcs[c->count] = arcs, c->strength[c->count++] = 0;
-        float share = qw_length(along(d->mesh, g->half[beside[i] & 0xffffffffu])) / g->arc[arc].length;
+        float share = qw_length(qw_edge_way(d->mesh, g->half[beside[i] & 0xffffffffu])) / g->arc[arc].length;
         c->strength[c->count - 1] += share * g->arc[other].strength;
         c->sum[arc] += share * g->arc[other].strength;
     }

@@ -31,11 +31,6 @@ typedef struct fork {
 
 static bool is_in(const builder *b, uint32_t h) { return b->set >> b->verdict[h] & 1u; }
 
-static qw_vec3 along(const qw_trimesh *mesh, uint32_t h)
-{
-    return qw_sub(mesh->position[mesh->corner[qw_next(h)]], mesh->position[mesh->corner[h]]);
-}
-
 static fork fork_at(const builder *b, uint32_t v)
 {
     assert(v < b->mesh->vertex_count);
@@ -49,7 +44,7 @@ static fork fork_at(const builder *b, uint32_t v)
             if (!is_in(b, sides[i])) continue;
             if (f.count < 2)
                 f.edge[f.count] = qw_lower_half(mesh, sides[i]),
-                f.away[f.count] = qw_scale(along(mesh, sides[i]), i ? -1.0f : 1.0f);
+                f.away[f.count] = qw_scale(qw_edge_way(mesh, sides[i]), i ? -1.0f : 1.0f);
             f.count++;
         }
         h = qw_around(mesh, h);
@@ -76,7 +71,7 @@ static void join_edges(const builder *b)
 static void measure_edge(const builder *b, qw_feature_arc *arc, uint32_t h)
 {
     uint32_t t = b->mesh->twin[h];
-    float length = qw_length(along(b->mesh, h));
+    float length = qw_length(qw_edge_way(b->mesh, h));
     qw_vec3 n = qw_normalize(qw_face_cross(b->mesh, h / 3));
     arc->count++;
     arc->length += length;

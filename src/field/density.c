@@ -63,7 +63,7 @@ static void find_bends(void *user, uint32_t block, uint32_t begin, uint32_t end)
         uint32_t h = e->first + i, twin = m->twin[h];
         e->is_bent[i] = false;
         if (twin == QW_NONE || h > twin || qw_is_curve_edge(m, h, false)) continue;
-        qw_vec3 along = qw_sub(m->position[m->corner[qw_next(h)]], m->position[m->corner[h]]);
+        qw_vec3 along = qw_edge_way(m, h);
         qw_vec3 n = e->facing[h / 3], o = e->facing[twin / 3];
         float length = qw_length(along);
         if (!(length > 0) || qw_length2(n) == 0 || qw_length2(o) == 0) continue;

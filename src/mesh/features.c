@@ -170,10 +170,7 @@ static void mark_seeds(creases *c, float cosine)
         if (c->mesh->twin[h] != QW_NONE && h < c->mesh->twin[h] && c->cosine[h] < cosine) mark_edge(c, h);
 }
 
-static qw_vec3 direction(const qw_trimesh *mesh, uint32_t h)
-{
-    return qw_normalize(qw_sub(mesh->position[mesh->corner[qw_next(h)]], mesh->position[mesh->corner[h]]));
-}
+static qw_vec3 direction(const qw_trimesh *mesh, uint32_t h) { return qw_normalize(qw_edge_way(mesh, h)); }
 
 /* The marked half-edge out of v, a loose end. */
 static uint32_t marked_edge_at(const creases *c, uint32_t v)

@@ -102,6 +102,10 @@ static inline qw_vec3 qw_face_cross(const qw_trimesh *mesh, uint32_t f)
 {
     return qw_triangle_cross(mesh->position, mesh->corner + 3 * f);
 }
+static inline qw_vec3 qw_edge_way(const qw_trimesh *mesh, uint32_t h) /* from the tail of h to its head */
+{
+    return qw_sub(mesh->position[mesh->corner[qw_next(h)]], mesh->position[mesh->corner[h]]);
+}
 static inline float qw_edge_length(const qw_trimesh *mesh, uint32_t h)
 {
     return qw_distance(mesh->position[mesh->corner[h]], mesh->position[mesh->corner[qw_next(h)]]);

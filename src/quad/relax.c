@@ -332,7 +332,7 @@ static qw_vec3 curve_direction(const relaxation *r, uint32_t v)
 {
     const qw_trimesh *s = r->surface;
     uint32_t h = r->curves.edge[v];
-    return qw_normalize(qw_sub(s->position[s->corner[qw_next(h)]], s->position[s->corner[h]]));
+    return qw_normalize(qw_edge_way(s, h));
 }
 
 static void frame_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
