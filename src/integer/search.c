@@ -42,13 +42,14 @@ static void gather(qw_env *env, const qw_search *s, qw_search_result *result, qw
     result->inverted = (uint32_t)s->sum.inverted, result->collapsed = (uint32_t)s->sum.collapsed;
 }
 
-/* Integers without regard to lines: what sizes, moves, noise and, where the wish says so, parting of curves find. */
+/* Integers without regard to lines: what sizes, the nearest ones, noise and, where the wish says so, parting of curves
+ * find. */
 static qw_search find_without_lines(qw_env *env, qw_components *components, const qw_search_wish *wish, uint32_t *tries)
 {
     qw_search s = qw_search_begin(env, components, wish);
     qw_search_sizes(env, &s);
     qw_search_other_sizes(env, &s);
-    qw_search_moves(env, &s);
+    qw_search_nearest(env, &s);
     *tries += qw_search_noise(env, &s);
     qw_search_part_curves(env, &s);
     return s;
