@@ -155,7 +155,7 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, const qw_quantise
     qw_scope_begin(env);
     counts.released_edges = qw_release_acute_corners(env, m, asked->verdict);
     counts.band_triangles = qw_stretch_narrow_bands(env, m, asked->quads);
-    qw_log(env, QW_LOG_DEBUG, "%lld triangles in strips", (long long)counts.band_triangles);
+    qw_log(env, QW_LOG_DEBUG, "%lld triangles in narrow bands", (long long)counts.band_triangles);
     float *stiffness = QW_NEW(env, float, m->edge_count);
     qw_real2 *closed = qw_closed_offsets(env, m, asked->stiff ? STIFF_CLOSED : USUAL_CLOSED,
                                          (float)fmin(asked->follow / QW_USUAL_FOLLOW, 1), stiffness, &closing);
