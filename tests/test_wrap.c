@@ -5,8 +5,10 @@
 #include "soups.h"
 #include "suite.h"
 #include "mesh/bvh.h"
+#include "mesh/distance.h"
 #include "wrap/exact.h"
 #include "wrap/points.h"
+#include "wrap/visible.h"
 #include "wrap/wrap.h"
 
 #include <setjmp.h>
@@ -407,6 +409,59 @@ static void test_visible(void **unused)
     assert_true(least > 0.3 && least < 0.55);
     qw_mesh_destroy(mesh);
     soup_free(&s);
+}
+
+/* A closed tube along z, of 16 corners around; its caps begin with thin triangles along the rim. */
+static void closed_tube(soup *s, double low, double high, double radius, double above)
+{
+    uint32_t v[2][16];
+    for (int k = 0; k < 2; k++)
+        for (int i = 0; i < 16; i++) {
+            double r = k ? above : radius, a = 6.283185307179586 * i / 16;
+            v[k][i] = soup_vertex(s, r * cos(a), r * sin(a), k ? high : low);
+        }
+    for (int i = 0; i < 16; i++) soup_quad(s, v[0][i], v[0][(i + 1) % 16], v[1][(i + 1) % 16], v[1][i]);
+    for (int step = 1; step < 8; step *= 2) /* ears, those of what is left, and so on */
+        for (int i = 0; i < 16; i += 2 * step) {
+            soup_triangle(s, v[0][i], v[0][(i + 2 * step) % 16], v[0][i + step]);
+            soup_triangle(s, v[1][i], v[1][i + step], v[1][(i + 2 * step) % 16]);
+        }
+    soup_triangle(s, v[0][0], v[0][8], v[0][4]), soup_triangle(s, v[0][0], v[0][12], v[0][8]);
+    soup_triangle(s, v[1][0], v[1][4], v[1][8]), soup_triangle(s, v[1][0], v[1][8], v[1][12]);
+}
+
+/* A tube and one on it that tapers slowly: the rims of both where they lie on one another turn by a right angle in the
+ * file, but not for who sees them. */
+static void rims_body(void *user)
+{
+    trial *t = user;
+    closed_tube(&t->s, 0, 1, 0.5, 0.5), closed_tube(&t->s, 1, 3, 0.5, 0.3);
+    qw_clean_input in = input_of(t->env, &t->s);
+    uint8_t *seen;
+    qw_clean_input part = qw_visible_part(t->env, &in, 0.08 * qw_wrap_diagonal(&in), &seen);
+    qw_trimesh m = mesh_of(t->env, &part);
+    qw_vec3 *normal = qw_face_normals(t->env, &m);
+    double inside = 0, outside = 0; /* lengths of sharp edges with room beyond: where they meet, and at both ends */
+    for (uint32_t h = 0; h < 3 * part.face_count; h++)
+        for (uint32_t g = 0; g < h; g++) {
+            uint32_t a = m.corner[h], b = m.corner[qw_next(h)];
+            bool same = (a == m.corner[g] && b == m.corner[qw_next(g)]) ||
+                        (b == m.corner[g] && a == m.corner[qw_next(g)]);
+            if (!same || !(seen[h / 3] & QW_SEEN_BEYOND << h % 3) || !(seen[g / 3] & QW_SEEN_BEYOND << g % 3)) continue;
+            if (qw_dot(normal[h / 3], normal[g / 3]) > 0.766f || m.position[a].z != m.position[b].z) continue;
+            *(m.position[a].z == 1 ? &inside : &outside) += (double)qw_distance(m.position[a], m.position[b]);
+        }
+    double around = 16 * 0.3901806440322565; /* of a circle of radius 1 with 16 corners */
+    assert_true(inside == 0 && fabs(outside - 0.8 * around) < 1e-5);
+}
+
+static void test_hidden_rims(void **unused)
+{
+    (void)unused;
+    trial t = {.env = qw_env_create(NULL, 1)};
+    if (qw_protect(t.env, rims_body, &t) != QW_OK) fail_msg("%s", qw_env_message(t.env));
+    qw_env_destroy(t.env);
+    soup_free(&t.s);
 }
 
 /* Quads of the wrapped soup. */
@@ -854,6 +909,7 @@ QW_TEST_SUITE(wrap)
         cmocka_unit_test(test_runs),
         cmocka_unit_test(test_advice),
         cmocka_unit_test(test_visible),
+        cmocka_unit_test(test_hidden_rims),
         cmocka_unit_test(test_holes),
         cmocka_unit_test(test_filled_faces),
         cmocka_unit_test(test_points),

@@ -18,9 +18,9 @@ typedef struct visible_job {
     double distance;
 } visible_job;
 
-/* gap: in the coordinates of the view, or else a share of its diagonal. both: as of qw_visible_part. The arrays are of
+/* gap: in the coordinates of the view, or else a share of its diagonal. flags: as of qw_visible_part. The arrays are of
  * the current scope. */
-static qw_mesh_view visible_part(qw_env *env, const qw_mesh_view *view, double gap, double share, uint8_t **both)
+static qw_mesh_view visible_part(qw_env *env, const qw_mesh_view *view, double gap, double share, uint8_t **flags)
 {
     uint32_t *begin = QW_NEW(env, uint32_t, (size_t)view->face_count + 1);
     begin[0] = 0;
@@ -30,7 +30,7 @@ static qw_mesh_view visible_part(qw_env *env, const qw_mesh_view *view, double g
                                   .position = view->positions,
                                   .face_begin = begin,
                                   .corner = view->corners};
-    qw_clean_input seen = qw_visible_part(env, &input, gap > 0 ? gap : share * qw_wrap_diagonal(&input), both);
+    qw_clean_input seen = qw_visible_part(env, &input, gap > 0 ? gap : share * qw_wrap_diagonal(&input), flags);
     return (qw_mesh_view){.size = sizeof *view,
                           .vertex_count = seen.vertex_count,
                           .face_count = seen.face_count,
@@ -115,12 +115,12 @@ static void measure_body(void *user)
     if (!(job->gap >= 0 && job->gap <= DBL_MAX))
         qw_fail(job->env, QW_ARGUMENT, -1, "the width of gaps is %g; it must be 0 or a length", job->gap);
     qw_mesh_view seen;
-    uint8_t *both = NULL;
+    uint8_t *flags = NULL;
     bool hides = job->against && job->against->face_count > 0 && job->gap > 0;
-    if (hides) seen = visible_part(job->env, job->against, job->gap, 0, &both);
+    if (hides) seen = visible_part(job->env, job->against, job->gap, 0, &flags);
     qw_mesh_view origin;
     bool has_origin = job->run && find_origin(job->env, job->run, &origin);
-    qw_sides sides = {both, has_origin ? &origin : NULL};
+    qw_sides sides = {flags, has_origin ? &origin : NULL};
     qw_measure_mesh(job->env, job->mesh, hides ? &seen : job->against, &sides, &job->topology, &job->quality);
 }
 

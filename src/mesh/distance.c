@@ -205,11 +205,14 @@ static void count_flipped(void *user, uint32_t block, uint32_t begin, uint32_t e
     task->counts[block] = count;
 }
 
-/* both: of the polygons that `to` was made of, or NULL; *triangles: of its triangles. */
-static void spread_both(const qw_surface *to, uint32_t polygons, const uint8_t *both, uint8_t *triangles)
+/* seen: QW_SEEN_ flags of the faces that `to` was made of. Those of its triangles, which are `wanted`; or NULL. */
+static uint8_t *spread_seen(qw_env *env, const qw_surface *to, uint32_t faces, const uint8_t *seen, uint8_t wanted)
 {
-    for (uint32_t f = 0; f < polygons; f++)
-        for (uint32_t t = to->face_begin[f]; t < to->face_begin[f + 1]; t++) triangles[t] = both[f];
+    if (!seen) return NULL;
+    uint8_t *triangles = QW_NEW(env, uint8_t, to->mesh.face_count);
+    for (uint32_t f = 0; f < faces; f++)
+        for (uint32_t t = to->face_begin[f]; t < to->face_begin[f + 1]; t++) triangles[t] = seen[f] & wanted;
+    return triangles;
 }
 
 static int64_t flipped_faces(qw_env *env, const qw_surface *from, const qw_surface *to, const uint8_t *both,
@@ -240,8 +243,7 @@ static int64_t flipped_by(qw_env *env, const qw_surface *out, const qw_surface *
         qw_surface origin = qw_surface_make(env, sides->origin, edges.face_begin, frame);
         if (origin.mesh.face_count > 0) return flipped_faces(env, out, &origin, NULL, faces, edge);
     }
-    uint8_t *sheets = sides && sides->both ? QW_NEW(env, uint8_t, in->mesh.face_count) : NULL;
-    if (sheets) spread_both(in, against->face_count, sides->both, sheets);
+    uint8_t *sheets = spread_seen(env, in, against->face_count, sides ? sides->seen : NULL, QW_SEEN_BOTH);
     return flipped_faces(env, out, in, sheets, faces, edge);
 }
 
@@ -276,9 +278,12 @@ static void sample_curves(void *user, uint32_t block, uint32_t begin, uint32_t e
     for (uint32_t i = begin; i < end; i++) s->distance[i] = sqrtf(nearest_edge(s, i).distance2);
 }
 
-/* Edges of the surface between triangles that meet at more than the sharp angle; length_end as in curve_sampling. */
-static uint32_t find_sharp(qw_env *env, const qw_surface *s, const qw_mesh_view *view, uint32_t **sharp,
-                           double **length_end)
+static bool is_open(const uint8_t *seen, uint32_t h) { return seen[h / 3] & QW_SEEN_BEYOND << h % 3; }
+
+/* Edges of the surface between triangles that meet at more than the sharp angle, and beyond which there is room where
+ * it is known what is seen; length_end as in curve_sampling. */
+static uint32_t find_sharp(qw_env *env, const qw_surface *s, const qw_mesh_view *view, const uint8_t *seen,
+                           uint32_t **sharp, double **length_end)
 {
     assert(sharp && length_end);
     qw_polygon_edges edges = qw_surface_edges(env, s, view);
@@ -291,6 +296,7 @@ static uint32_t find_sharp(qw_env *env, const qw_surface *s, const qw_mesh_view 
         for (uint32_t i = edges.edge_begin[e]; i + 1 < edges.edge_begin[e + 1]; i++) {
             uint32_t h = edges.sorted[i], g = edges.sorted[i + 1];
             if (qw_dot(s->normal[h / 3], s->normal[g / 3]) >= least_cosine) continue;
+            if (seen && !(is_open(seen, h) && is_open(seen, g))) continue;
             length += qw_distance(half_edge_end(s, h, false), half_edge_end(s, h, true));
             (*sharp)[count] = h;
             (*length_end)[count++] = length;
@@ -312,11 +318,13 @@ static qw_curve_tree *edge_tree(qw_env *env, const qw_surface *s, const qw_mesh_
 }
 
 static void measure_sharp(qw_env *env, const qw_surface *out, const qw_mesh_view *mesh, const qw_polygon_edges *edges,
-                          const qw_surface *in, const qw_mesh_view *against, double edge, qw_quality *quality)
+                          const qw_surface *in, const qw_mesh_view *against, const uint8_t *seen, double edge,
+                          qw_quality *quality)
 {
     uint32_t *sharp;
     double *length_end;
-    uint32_t count = find_sharp(env, in, against, &sharp, &length_end);
+    uint8_t *triangles = spread_seen(env, in, against->face_count, seen, UINT8_MAX);
+    uint32_t count = find_sharp(env, in, against, triangles, &sharp, &length_end);
     if (count <= 3 || !(length_end[count - 1] > 0)) return;
     double wanted = length_end[count - 1] / (SAMPLE_STEP * edge);
     curve_sampling s = {.from = in, .sharp = sharp, .length_end = length_end, .count = count};
@@ -353,7 +361,7 @@ void qw_measure_distances(qw_env *env, const qw_mesh_view *mesh, const qw_polygo
         quality->hausdorff_p999 = fmax(there.p999, back.p999) / edge;
         quality->hausdorff = fmax(there.most, back.most) / edge;
         quality->flipped_faces = flipped_by(env, &out, &in, against, sides, &frame, mesh->face_count, (float)edge);
-        measure_sharp(env, &out, mesh, edges, &in, against, edge, quality);
+        measure_sharp(env, &out, mesh, edges, &in, against, sides ? sides->seen : NULL, edge, quality);
         qw_measure_shape(env, mesh, edges, &out, against, &in, frame.scale, quality);
     }
     qw_scope_end(env);

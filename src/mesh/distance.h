@@ -4,9 +4,13 @@
 
 #include "mesh/polygons.h"
 
-/* By what it is known whether faces are flipped, where the surface alone does not say. */
+/* Of a triangle of which only the outside is seen: it is a sheet, on either side of which faces may lie; beyond its
+ * edge i there is room (QW_SEEN_BEYOND << i), so that one that is sharp is an edge of what is seen. */
+enum { QW_SEEN_BOTH = 1, QW_SEEN_BEYOND = 2 };
+
+/* What is known of a surface that it does not say alone. */
 typedef struct qw_sides {
-    const uint8_t *both; /* uint8_t[faces of the surface], 1 on sheets that faces may lie on either side of, or NULL */
+    const uint8_t *seen;        /* uint8_t[faces of the surface, triangles]: QW_SEEN_ flags; or NULL: all is seen */
     const qw_mesh_view *origin; /* to be judged by in place of the surface, or NULL */
 } qw_sides;
 

@@ -1,5 +1,6 @@
 #include "wrap/visible.h"
 
+#include "mesh/distance.h"
 #include "mesh/triangulate.h"
 #include "math/vec.h"
 #include "wrap/wrap.h"
@@ -9,8 +10,9 @@
 
 enum {
     LISTEN = 256,
-    MOST_HALVINGS = 64
-}; /* each bisection halves an area: a stack of so many holds all that are open */
+    MOST_HALVINGS = 64, /* each bisection halves an area: a stack of so many holds all that are open */
+    ROOM = 3            /* cells: an edge with so much room beyond it is one that can be seen */
+};
 
 typedef struct piece {
     uint32_t corner[3];
@@ -21,8 +23,8 @@ typedef struct cutting {
     const qw_wrap_lattice *lattice;
     double *unit, *position; /* double[vertices][3]: in units of the lattice, and in the coordinates of the input */
     uint32_t *corner;
-    uint8_t *both; /* uint8_t[faces]: 1: seen from both sides */
-    size_t unit_capacity, position_capacity, corner_capacity, both_capacity;
+    uint8_t *seen; /* uint8_t[faces]: QW_SEEN_ flags */
+    size_t unit_capacity, position_capacity, corner_capacity, seen_capacity;
     uint32_t vertices, faces;
 } cutting;
 
@@ -93,17 +95,39 @@ static void find_sides(const cutting *c, const piece *p, bool side[2])
             }
 }
 
+/* Whether the outside is met beyond the edge from corner i of a piece, as far up from the piece, or on either side, as
+ * sideways over it. Where the piece goes on inside of other parts, or ends in them, it is not. */
+static bool has_room(const cutting *c, const piece *p, uint32_t i, bool either)
+{
+    const double *a = c->unit + 3 * (size_t)p->corner[i], *b = c->unit + 3 * (size_t)p->corner[(i + 1) % 3],
+                 *o = c->unit + 3 * (size_t)p->corner[(i + 2) % 3];
+    double u[3], v[3], n[3], in[3], far = ROOM / sqrt(2) * c->lattice->frame.side;
+    for (int k = 0; k < 3; k++) u[k] = b[k] - a[k], v[k] = o[k] - a[k];
+    qw_cross_doubles(u, v, n), qw_cross_doubles(n, u, in);
+    double height = sqrt(qw_dot_doubles(n, n)), width = sqrt(qw_dot_doubles(in, in));
+    if (!(height > 0 && width > 0)) return false;
+    for (int back = 0; back < 2; back++) {
+        double at[3];
+        for (int k = 0; k < 3; k++) at[k] = (a[k] + b[k]) / 2 + far * ((back ? -n[k] : n[k]) / height + in[k] / width);
+        if ((either || !back) && is_outside(c->lattice, at)) return true;
+    }
+    return false;
+}
+
 static void keep(cutting *c, const piece *p)
 {
     bool side[2];
     uint32_t f = c->faces++, *to;
     find_sides(c, p, side);
     c->corner = qw_grow(c->env, c->corner, &c->corner_capacity, 3 * ((size_t)f + 1), sizeof *c->corner);
-    c->both = qw_grow(c->env, c->both, &c->both_capacity, (size_t)f + 1, sizeof *c->both);
+    c->seen = qw_grow(c->env, c->seen, &c->seen_capacity, (size_t)f + 1, sizeof *c->seen);
     to = c->corner + 3 * (size_t)f;
     memcpy(to, p->corner, sizeof p->corner);
     if (side[1] && !side[0]) to[1] = p->corner[2], to[2] = p->corner[1];
-    c->both[f] = side[0] && side[1];
+    c->seen[f] = side[0] && side[1] ? QW_SEEN_BOTH : 0;
+    piece kept = {{to[0], to[1], to[2]}};
+    for (uint32_t i = 0; i < 3; i++)
+        if (has_room(c, &kept, i, side[0] == side[1])) c->seen[f] |= QW_SEEN_BEYOND << i;
 }
 
 /* Bisects a triangle until its pieces are seen as a whole, or not at all, or are no longer than a cell. */
@@ -128,7 +152,7 @@ static void cut(cutting *c, piece whole)
     }
 }
 
-qw_clean_input qw_visible_part(qw_env *env, const qw_clean_input *input, double distance, uint8_t **both)
+qw_clean_input qw_visible_part(qw_env *env, const qw_clean_input *input, double distance, uint8_t **seen)
 {
     qw_scope_begin(env);
     qw_filled f = qw_wrap_fill(env, input, distance);
@@ -147,8 +171,8 @@ qw_clean_input qw_visible_part(qw_env *env, const qw_clean_input *input, double 
     uint32_t *begin = QW_NEW(env, uint32_t, (size_t)c.faces + 1);
     for (uint32_t i = 0; i <= c.faces; i++) begin[i] = 3 * i;
     qw_keep(env, c.position), qw_keep(env, c.corner), qw_keep(env, begin);
-    qw_keep(env, c.both);
-    if (both) *both = c.both;
+    qw_keep(env, c.seen);
+    if (seen) *seen = c.seen;
     qw_scope_end(env);
     return (qw_clean_input){.vertex_count = c.vertices,
                             .face_count = c.faces,
