@@ -58,7 +58,7 @@ static qw_guard_room room_of(const blocks *b, uint32_t block)
         box.low[k] = (int32_t)at[k] * side - half, box.high[k] = ((int32_t)at[k] + 1) * side + half - 1;
         if (box.low[k] < 0) box.low[k] = 0;
     }
-    return qw_guard_enter(b->guard, &box, 2 * (b->begin[block + 1] - b->begin[block]) + 4 * BLOCK * BLOCK);
+    return qw_guard_enter(b->guard, block, &box, 2 * (b->begin[block + 1] - b->begin[block]) + 4 * BLOCK * BLOCK);
 }
 
 static void work_through(void *user, uint32_t number, uint32_t begin, uint32_t end)

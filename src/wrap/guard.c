@@ -62,24 +62,30 @@ static uint32_t entries_of(const qw_guard *g, const qw_guard_box *r)
     return (w.high[0] - w.low[0] + 1) * (w.high[1] - w.low[1] + 1) * (w.high[2] - w.low[2] + 1);
 }
 
+static qw_guard_spare *spare_of(qw_guard_room *room) { return room->is_whole ? &room->guard->spare : &room->spare; }
+
 /* Asks for memory where none is free and the room is whole. */
 static uint32_t free_entry(qw_guard_room *room)
 {
     qw_guard *g = room->guard;
-    uint32_t *spare = room->is_whole ? &g->spare : &room->spare, e = *spare;
-    if (e != QW_NONE) {
-        *spare = g->entry[e].next, room->left--;
-        return e;
+    qw_guard_spare *s = spare_of(room);
+    room->left--;
+    if (s->count == 0) {
+        assert(room->is_whole);
+        g->entry = qw_grow(g->env, g->entry, &g->capacity, g->used + 1, sizeof *g->entry);
+        return (uint32_t)g->used++;
     }
-    assert(room->is_whole);
-    g->entry = qw_grow(g->env, g->entry, &g->capacity, g->used + 1, sizeof *g->entry);
-    return (uint32_t)g->used++;
+    s->count--;
+    if (s->first == QW_NONE) return s->from++;
+    uint32_t e = s->first;
+    s->first = g->entry[e].next;
+    return e;
 }
 
 static void give_back(qw_guard_room *room, uint32_t e)
 {
-    uint32_t *spare = room->is_whole ? &room->guard->spare : &room->spare;
-    room->guard->entry[e].next = *spare, *spare = e, room->left++;
+    qw_guard_spare *s = spare_of(room);
+    room->guard->entry[e].next = s->first, s->first = e, s->count++, room->left++;
 }
 
 void qw_guard_add(qw_guard_room *room, uint32_t face)
@@ -111,11 +117,12 @@ void qw_guard_remove(qw_guard_room *room, uint32_t face)
 
 qw_guard qw_guard_begin(qw_env *env, qw_skin *skin)
 {
-    qw_guard g = {.env = env, .skin = skin, .side = skin->frame.side, .spare = QW_NONE};
+    qw_guard g = {.env = env, .skin = skin, .side = skin->frame.side, .spare = {.first = QW_NONE}};
     size_t count = 1;
     for (int k = 0; k < 3; k++) g.cells[k] = skin->frame.cells[k] + 1, count *= g.cells[k];
     g.first = QW_NEW(env, uint32_t, count);
     memset(g.first, 0xff, count * sizeof *g.first);
+    g.rooms = qw_grow(env, NULL, &g.rooms_capacity, 1, sizeof *g.rooms); /* in the scope of the guard */
     qw_guard_room room = qw_guard_everywhere(&g);
     for (uint32_t f = 0; f < skin->face_count; f++)
         if (!qw_skin_dead(skin, f)) qw_guard_add(&room, f);
@@ -126,23 +133,29 @@ qw_guard qw_guard_begin(qw_env *env, qw_skin *skin)
 
 qw_guard_room qw_guard_everywhere(qw_guard *g)
 {
-    qw_guard_room room = {.guard = g, .is_whole = true, .spare = QW_NONE};
+    qw_guard_room room = {.guard = g, .is_whole = true};
     for (int k = 0; k < 3; k++) room.box.high[k] = INT32_MAX;
     return room;
 }
 
-qw_guard_room qw_guard_enter(qw_guard *g, const qw_guard_box *box, uint32_t entries)
+/* Its spare entries are those of before, and where these are too few a new range. */
+qw_guard_room qw_guard_enter(qw_guard *g, uint32_t number, const qw_guard_box *box, uint32_t entries)
 {
-    qw_guard_room whole = qw_guard_everywhere(g), room = {.guard = g, .box = *box, .spare = QW_NONE};
-    for (uint32_t i = 0; i < entries; i++) give_back(&room, free_entry(&whole));
+    g->rooms = qw_grow(g->env, g->rooms, &g->rooms_capacity, (size_t)number + 1, sizeof *g->rooms);
+    while (g->room_count <= number) g->rooms[g->room_count++] = (qw_guard_spare){.first = QW_NONE};
+    qw_guard_room room = {.guard = g, .box = *box, .number = number, .spare = g->rooms[number]};
+    qw_guard_spare *s = &room.spare;
+    if (s->count < entries) {
+        for (; s->from < s->to; s->count--) give_back(&room, s->from++);
+        s->from = (uint32_t)g->used, s->to = s->from + entries, s->count += entries;
+        g->used += entries;
+        g->entry = qw_grow(g->env, g->entry, &g->capacity, g->used, sizeof *g->entry);
+    }
+    room.left = entries;
     return room;
 }
 
-void qw_guard_leave(qw_guard_room *room)
-{
-    qw_guard_room whole = qw_guard_everywhere(room->guard);
-    while (room->spare != QW_NONE) give_back(&whole, free_entry(room));
-}
+void qw_guard_leave(const qw_guard_room *room) { room->guard->rooms[room->number] = room->spare; }
 
 static bool is_within(const qw_guard_box *inner, const qw_guard_box *outer)
 {
@@ -223,8 +236,8 @@ static bool is_among(const uint32_t *faces, uint32_t count, uint32_t f)
 static bool is_first_shared(const qw_guard *g, const walk *w, const qw_guard_box *other)
 {
     for (int k = 0; k < 3; k++) {
-        uint32_t low = (uint32_t)(other->low[k] / g->side);
-        if (w->at[k] != (low > w->low[k] ? low : w->low[k])) return false;
+        int32_t begin = (int32_t)w->at[k] * g->side, low = other->low[k];
+        if (low >= begin + g->side || (low < begin && w->at[k] != w->low[k])) return false;
     }
     return true;
 }

@@ -11,6 +11,11 @@ typedef struct qw_guard_entry {
     uint32_t face, next; /* next: entry of the same cell, or QW_NONE */
 } qw_guard_entry;
 
+/* Entries that are free: a list, and a range that was never used. */
+typedef struct qw_guard_spare {
+    uint32_t first, from, to, count; /* count: of both */
+} qw_guard_spare;
+
 typedef struct qw_guard_box {
     int32_t low[3], high[3]; /* units; high is in it */
 } qw_guard_box;
@@ -25,7 +30,9 @@ typedef struct qw_guard {
     size_t capacity, used;
     qw_guard_box *box; /* qw_guard_box[box_capacity]: of each face that was added */
     size_t box_capacity;
-    uint32_t spare; /* entries that are free: a list */
+    qw_guard_spare spare;  /* of the whole */
+    qw_guard_spare *rooms; /* qw_guard_spare[rooms_capacity], room_count of them: kept until a room is entered again */
+    size_t rooms_capacity, room_count;
 } qw_guard;
 
 /* Where edits are made for a while. Rooms that share no cell may be used by several threads at once: no edit is made,
@@ -33,9 +40,10 @@ typedef struct qw_guard {
 typedef struct qw_guard_room {
     qw_guard *guard;
     qw_guard_box box;
-    bool is_whole;        /* the only room: it may ask for memory */
-    bool reaches_out;     /* set where an edit was not made because the room is too small for it */
-    uint32_t spare, left; /* its own free entries, a list and how many; unless it is whole */
+    bool is_whole;         /* the only room: it may ask for memory */
+    bool reaches_out;      /* set where an edit was not made because the room is too small for it */
+    uint32_t number, left; /* entries that it may take, unless it is whole */
+    qw_guard_spare spare;  /* its own, unless it is whole; those that it uses lie together */
 } qw_guard_room;
 
 /* New triangles in the place of some of the skin's. */
@@ -46,10 +54,10 @@ typedef struct qw_guard_edit {
 
 qw_guard qw_guard_begin(qw_env *env, qw_skin *skin);
 
-/* A room of all cells, and one of a box of units with so many free entries, which qw_guard_leave gives back. */
+/* A room of all cells, and that of this number: a box of units with so many free entries. */
 qw_guard_room qw_guard_everywhere(qw_guard *g);
-qw_guard_room qw_guard_enter(qw_guard *g, const qw_guard_box *box, uint32_t entries);
-void qw_guard_leave(qw_guard_room *room);
+qw_guard_room qw_guard_enter(qw_guard *g, uint32_t number, const qw_guard_box *box, uint32_t entries);
+void qw_guard_leave(const qw_guard_room *room);
 
 /* Whether a vertex lies in the room: no other one changes its faces then. */
 bool qw_room_holds(qw_guard_room *room, uint32_t v);
