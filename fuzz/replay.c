@@ -4,11 +4,13 @@
  * bytes), and leaves each in the file LAST while it runs, so that one that crashes is found there. */
 #define _POSIX_C_SOURCE 200809L
 #include <dirent.h>
+#include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -112,19 +114,26 @@ static size_t make_any(uint64_t *state, uint8_t *to)
     return ANY_SIZE;
 }
 
+/* The file stays open, as one that is made anew each time waits for the disk longer than many an input takes. */
+static bool leave(FILE *file, const uint8_t *bytes, size_t size)
+{
+    rewind(file);
+    return fwrite(bytes, 1, size, file) == size && fflush(file) == 0 && ftruncate(fileno(file), (off_t)size) == 0;
+}
+
 static int run_random(long count, uint64_t state, const char *last, const seeds *s)
 {
+    FILE *file = fopen(last, "wb");
+    if (!file) return 1;
     for (long i = 0; i < count; i++) {
         uint8_t *bytes = malloc(SEED_SIZE);
         if (!bytes) return 1;
         size_t size = s->count > 0 ? mix(s, &state, bytes) : make_any(&state, bytes);
-        FILE *file = fopen(last, "wb");
-        if (!file) return 1;
-        fwrite(bytes, 1, size, file);
-        fclose(file);
+        if (!leave(file, bytes, size)) return 1;
         LLVMFuzzerTestOneInput(bytes, size);
         free(bytes);
     }
+    fclose(file);
     printf("%ld inputs\n", count);
     return remove(last) != 0;
 }
