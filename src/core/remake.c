@@ -80,35 +80,44 @@ static bool find_flipped(remaking *m)
     return any;
 }
 
-/* Tries several counts, up to the first that is met, and returns the fewest quads, in the current scope; none where
-   each try has one that is worse than `worst`. */
-static qw_quadmesh make_best(remaking *m, uint32_t c, qw_flip worst)
+/* Tries several counts, up to the first that is met, and sets the fewest quads none of which is worse than
+   QW_NOT_FLIPPED, QW_DOUBTFUL, in the current scope; no faces where each try has one. */
+static void make_best(remaking *m, uint32_t c, qw_quadmesh best[QW_FLIPPED])
 {
     qw_env *env = m->run->env;
-    qw_quadmesh best = {0};
+    bool is_met[QW_FLIPPED] = {false};
     qw_scope_begin(env);
     qw_trimesh part = qw_take_part(env, &m->parts, c);
     /* one that is in doubt gets no more quads for it */
     for (int i = 0; i < (m->faults[c] > 0 ? TRIES : 1); i++) {
         double wanted = qw_floor(COUNTS[i].times * m->count[c] + COUNTS[i].more);
-        if (best.face_count > 0 && best.face_count <= wanted) break;
-        qw_quadmesh made;
+        for (int k = 0; k < QW_FLIPPED; k++)
+            is_met[k] = is_met[k] || (best[k].face_count > 0 && best[k].face_count <= wanted);
+        if (is_met[QW_NOT_FLIPPED]) break;
+        qw_quadmesh made[QW_FLIPPED];
         qw_break_silence(env);
         qw_scope_begin(env);
-        bool is_better = qw_make_part(env, &part, wanted, m->edge, worst, &made) &&
-                         (best.face_count == 0 || made.face_count < best.face_count);
-        if (is_better) best = made, qw_keep_quads(env, &best);
+        qw_make_part(env, &part, wanted, m->edge, QW_NOT_FLIPPED, made);
+        for (int k = 0; k < QW_FLIPPED; k++) {
+            bool is_fewer = best[k].face_count == 0 || made[k].face_count < best[k].face_count;
+            if (made[k].face_count == 0 || !is_fewer || is_met[k]) continue;
+            best[k] = qw_quadmesh_copy(env, &made[k], 0, 0);
+            qw_keep_quads(env, &best[k]);
+        }
         qw_scope_end(env);
     }
-    if (best.face_count > 0) qw_keep_quads(env, &best);
+    for (int k = 0; k < QW_FLIPPED; k++)
+        if (best[k].face_count > 0) qw_keep_quads(env, &best[k]);
     qw_scope_end(env);
-    return best;
 }
 
+/* The best without a quad in doubt; else, for those that have flipped ones, with some. */
 static void remake(remaking *m, uint32_t c)
 {
-    qw_quadmesh best = make_best(m, c, QW_NOT_FLIPPED);
-    if (best.face_count == 0 && m->faults[c] > 0) best = make_best(m, c, QW_DOUBTFUL);
+    qw_quadmesh tried[QW_FLIPPED] = {{0}};
+    make_best(m, c, tried);
+    bool in_doubt = tried[QW_NOT_FLIPPED].face_count == 0 && m->faults[c] > 0;
+    qw_quadmesh best = tried[in_doubt ? QW_DOUBTFUL : QW_NOT_FLIPPED];
     int64_t more = (int64_t)best.face_count - m->count[c];
     if (best.face_count == 0 || more > (m->faults[c] > 0 ? m->spare : 0) || -more > m->most_fewer) return;
     for (uint32_t v = 0; v < best.vertex_count; v++) best.component[v] = c, best.kind[v] = QW_VERTEX_FREE;
