@@ -44,6 +44,7 @@ typedef struct halving {
     const qw_trimesh *m;
     qw_trimesh to;
     float longest;
+    uint32_t middles; /* long edges */
     uint32_t *middle; /* uint32_t[3 face_count]: vertex of `to` in the middle of a cut half-edge, or QW_NONE */
     uint8_t *kind;    /* uint8_t[face_count]: of PARTING */
     uint8_t *turn;    /* uint8_t[face_count]: the side that is side 0 there */
@@ -60,15 +61,13 @@ static void find_long(void *user, uint32_t block, uint32_t begin, uint32_t end)
         t->middle[h] = leads(t->m, h) && qw_edge_length(t->m, h) > t->longest ? 0 : QW_NONE;
 }
 
-/* Numbers the middles, in the order of their half-edges; returns how many there are. */
-static uint32_t number_middles(const halving *t)
+/* Numbers and counts the middles, in the order of their half-edges. */
+static void number_middles(halving *t)
 {
-    uint32_t count = 0;
     for (uint32_t h = 0; h < 3 * t->m->face_count; h++) {
         if (!leads(t->m, h)) t->middle[h] = t->middle[t->m->twin[h]];
-        else if (t->middle[h] != QW_NONE) t->middle[h] = t->m->vertex_count + count++;
+        else if (t->middle[h] != QW_NONE) t->middle[h] = t->m->vertex_count + t->middles++;
     }
-    return count;
 }
 
 static uint32_t side_of(const halving *t, uint32_t f, uint32_t side) { return 3 * f + (side + t->turn[f]) % 3; }
@@ -149,22 +148,23 @@ static uint32_t count_pieces(const halving *t, uint32_t most)
     return (uint32_t)count;
 }
 
-/* Cuts all long edges once. Returns false where there is none, or there would be too many faces. */
+/* Cuts all long edges once. Returns false where there is none (t->middles is 0), or there would be too many faces. */
 static bool halve(qw_env *env, halving *t, uint32_t most)
 {
     const qw_trimesh *m = t->m;
     uint32_t faces = m->face_count;
     t->middle = QW_NEW(env, uint32_t, 3 * (size_t)faces);
     qw_parallel(env, faces, QW_GRAIN_LIGHT, find_long, t);
-    uint32_t middles = number_middles(t), pieces = 0;
-    if (middles > 0) {
+    number_middles(t);
+    uint32_t pieces = 0;
+    if (t->middles > 0) {
         t->kind = QW_NEW(env, uint8_t, faces), t->turn = QW_NEW(env, uint8_t, faces);
         t->first = QW_NEW(env, uint32_t, faces);
         qw_parallel(env, faces, QW_GRAIN_LIGHT, choose_parting, t);
         pieces = count_pieces(t, most);
     }
     if (pieces > 0) {
-        t->to = (qw_trimesh){.vertex_count = m->vertex_count + middles, .face_count = pieces};
+        t->to = (qw_trimesh){.vertex_count = m->vertex_count + t->middles, .face_count = pieces};
         t->to.position = QW_NEW(env, qw_vec3, t->to.vertex_count);
         t->to.corner = QW_NEW(env, uint32_t, 3 * (size_t)pieces);
         t->to.twin = QW_NEW(env, uint32_t, 3 * (size_t)pieces);
@@ -182,24 +182,17 @@ static void free_mesh(qw_env *env, qw_trimesh *m)
     qw_free(env, m->position), qw_free(env, m->corner), qw_free(env, m->twin), qw_free(env, m->mark);
 }
 
-static bool has_long_edge(const qw_trimesh *m, float longest)
-{
-    for (uint32_t h = 0; h < 3 * m->face_count; h++)
-        if (leads(m, h) && qw_edge_length(m, h) > longest) return true;
-    return false;
-}
-
 qw_trimesh qw_without_long_edges(qw_env *env, const qw_trimesh *m, float longest, uint32_t most)
 {
     assert(longest > 0 && m->twin);
     qw_trimesh now = *m;
     for (int round = 0; round < MOST_ROUNDS; round++) {
         halving t = {.m = &now, .longest = longest};
-        if (!halve(env, &t, most)) break;
+        bool is_cut = halve(env, &t, most);
+        if (!is_cut && t.middles == 0) return now;
         if (round > 0) free_mesh(env, &now);
+        if (!is_cut) break; /* it would take too many */
         now = t.to;
     }
-    if (now.position == m->position || !has_long_edge(&now, longest)) return now;
-    free_mesh(env, &now); /* it would take too many */
     return *m;
 }
