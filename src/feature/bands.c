@@ -23,7 +23,7 @@ typedef struct pair {
     float width, overlap; /* in units of CLOSE times `least`; in units of the mesh */
 } pair;
 
-/* Of the bands that are one, at their first. */
+/* Sums over the bands that are decided together, kept at the first of them. */
 typedef struct total {
     float length, narrow;  /* of places that are side by side, and of those of them that are too narrow */
     float thinnest, cover; /* the least width, and the least share of an arc that lies in its band */

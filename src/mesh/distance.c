@@ -193,7 +193,8 @@ static uint32_t *list_polygons(qw_env *env, const qw_surface *from, uint32_t fac
     return polygon;
 }
 
-/* Triangles in the order of their tree; those without an area are in none, and what has no other is not flipped. */
+/* Triangles in the order of their tree. Those without an area are in no tree: a face that has no others is not
+   flipped. */
 static void count_flipped(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const flip_task *task = user;

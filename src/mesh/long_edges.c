@@ -1,5 +1,5 @@
-/* All long edges are cut at their middles at once, and each triangle is parted as its cut sides ask; so often until no
- * edge is long. A triangle is turned so that its sides are as one of five parts has them. */
+/* All long edges are cut at their middles at once, and each triangle is parted as its cut sides ask. This is done again
+ * until no edge is long. A triangle is turned so that its sides are as one of five parts has them. */
 #include "mesh/long_edges.h"
 
 #include "base/constants.h"
