@@ -15,8 +15,9 @@ enum { BIDIRECTED_ROUNDS = 4 };
 /* Steps that a circuit may have which improves known integers. */
 enum { LONGEST_CIRCUIT = 48 };
 /* Bytes of a lane: ARENA_LEAST and so many an edge. Measured on seven decimated complexes of 45 to 8,187 edges: 600 to
-   730 an edge and 15 thousand. Where that is more than ARENA_MOST there are no lanes. */
-enum { ARENA_LEAST = 1 << 16, ARENA_AN_EDGE = 800, ARENA_MOST = 1 << 23 };
+   730 an edge and 15 thousand. Where that is more than ARENA_FEW there are no more lanes than threads, and none where
+   it is more than ARENA_MOST. */
+enum { ARENA_LEAST = 1 << 16, ARENA_AN_EDGE = 800, ARENA_FEW = 1 << 23, ARENA_MOST = 1 << 27 };
 /* A trial of more edges takes milliseconds: the lanes then stop after a trial each, so that the host can cancel. */
 enum { LONG_TRIAL = 1000 };
 
@@ -126,17 +127,25 @@ static void run_series(void *user, uint32_t block, uint32_t begin, uint32_t end)
         if (all[i].lane->env) (void)qw_protect(all[i].lane->env, make_trials, &all[i]); /* what failed is not `done` */
 }
 
+static uint32_t lanes_for(const qw_env *env, size_t bytes, uint32_t trials)
+{
+    uint32_t threads = qw_env_threads(env), most = trials < QW_MOST_LANES ? trials : QW_MOST_LANES;
+    if (bytes <= ARENA_FEW) return QW_MOST_LANES;
+    if (bytes > ARENA_MOST || threads == 1 || trials == 1) return 0;
+    return threads < most ? threads : most;
+}
+
 void qw_run_trials(qw_env *env, const qw_components *components, uint32_t most_edges, qw_trial **trials, uint32_t count)
 {
     assert(trials || count == 0);
     qw_scope_begin(env);
     size_t bytes = ARENA_LEAST + (size_t)most_edges * ARENA_AN_EDGE;
-    uint32_t lane_count = bytes <= ARENA_MOST ? QW_MOST_LANES : 0;
+    uint32_t lane_count = lanes_for(env, bytes, count);
     qw_lane *lanes = qw_lanes_begin(env, lane_count, bytes);
     series *all = QW_NEW(env, series, QW_MOST_LANES);
     for (uint32_t i = 0; i < lane_count; i++)
         all[i] = (series){&lanes[i], complex_room(env, most_edges), components, trials, 0, 0};
-    uint32_t step = most_edges > LONG_TRIAL ? QW_MOST_LANES : count;
+    uint32_t step = most_edges > LONG_TRIAL ? lane_count : count;
     for (uint32_t from = 0, to; from < count && lane_count > 0; from = to) {
         to = count - from > step ? from + step : count;
         for (uint32_t i = 0; i < lane_count; i++)

@@ -200,7 +200,7 @@ static void add_moves(const qw_quad_edit *e, uint32_t v, qw_quad_move *list, uin
 {
     qw_quad_move at[QW_MOVES_AT];
     bool open;
-    if (is_gone(e, v) || qw_quad_valence(&e->mesh, e->out[v], &open) > QW_MAX_VALENCE) return;
+    if (is_gone(e, v) || qw_valence_at(e, v, &open) > QW_MAX_VALENCE) return;
     for (uint32_t i = 0, found = qw_quad_moves_at(e, v, at); i < found && *n < MOST_MOVES; i++) {
         uint32_t h = at[i].half, k = 0,
                  other = at[i].kind == QW_COLLAPSE ? qw_quad_next(qw_quad_next(h)) : e->mesh.twin[h];

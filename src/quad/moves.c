@@ -2,9 +2,19 @@
 
 #include <assert.h>
 
-static uint32_t valence_of(const qw_quad_edit *e, uint32_t v, bool *open)
+/* The first half-edge of an open fan has no twin. */
+static bool is_open(const qw_quad_edit *e, uint32_t v) { return e->mesh.twin[e->out[v]] == QW_NONE; }
+
+uint32_t qw_valence_at(const qw_quad_edit *e, uint32_t v, bool *open)
 {
-    return qw_quad_valence(&e->mesh, e->out[v], open);
+    assert(v < e->mesh.vertex_count && e->out[v] != QW_NONE);
+    uint32_t h = e->out[v], valence = 0;
+    *open = is_open(e, v);
+    do {
+        valence++;
+        h = qw_quad_around(&e->mesh, h);
+    } while (h != QW_NONE && h != e->out[v] && valence <= QW_MAX_VALENCE);
+    return h == QW_NONE && valence <= QW_MAX_VALENCE ? valence + 1 : valence;
 }
 
 static bool joined(const qw_quadmesh *m, const uint32_t *out, uint32_t a, uint32_t b)
@@ -62,7 +72,7 @@ static uint32_t common_neighbours(const qw_quad_edit *e, uint32_t a, uint32_t c)
 static bool keeps_edges(const qw_quad_edit *e, uint32_t v)
 {
     bool open;
-    uint32_t valence = valence_of(e, v, &open);
+    uint32_t valence = qw_valence_at(e, v, &open);
     return valence > (open ? 2u : 3u) && valence <= QW_MAX_VALENCE;
 }
 
@@ -75,7 +85,7 @@ static bool collapse(qw_quad_edit *e, uint32_t h0, bool curveless)
     if (m->kind[c] > m->kind[a]) return false; /* the other way round, then */
     if (m->kind[a] && m->kind[c] && !curveless) return false;
     bool a_open, c_open;
-    uint32_t a_valence = valence_of(e, a, &a_open), c_valence = valence_of(e, c, &c_open),
+    uint32_t a_valence = qw_valence_at(e, a, &a_open), c_valence = qw_valence_at(e, c, &c_open),
              valence = a_valence + c_valence;
     if ((a_open && c_open) || valence < 5 || valence > QW_MAX_VALENCE) return false;
     if (!keeps_edges(e, b) || !keeps_edges(e, d)) return false;
@@ -112,10 +122,12 @@ static bool rotate(qw_quad_edit *e, uint32_t h, bool back)
             if (v[k] == v[i]) return false;
     }
     int first = back ? 2 : 1;
-    bool open;
-    if (!keeps_edges(e, v[0]) || !keeps_edges(e, v[3]) || joined(m, e->out, v[first], v[first + 3])) return false;
-    if (valence_of(e, v[first], &open) >= QW_MAX_VALENCE || valence_of(e, v[first + 3], &open) >= QW_MAX_VALENCE)
+    bool open[6];
+    if (!keeps_edges(e, v[0]) || !keeps_edges(e, v[3])) return false;
+    if (qw_valence_at(e, v[first], open) >= QW_MAX_VALENCE || qw_valence_at(e, v[first + 3], open) >= QW_MAX_VALENCE)
         return false;
+    if (joined(m, e->out, v[first], v[first + 3])) return false;
+    for (int i = 0; i < 6; i++) open[i] = is_open(e, v[i]);
     uint32_t inner[2];
     for (int q = 0; q < 2; q++) {
         uint32_t base = q ? t & ~3u : h & ~3u;
@@ -132,7 +144,11 @@ static bool rotate(qw_quad_edit *e, uint32_t h, bool back)
     qw_quad_edit_put(e, &m->twin[inner[0]], inner[1]);
     qw_quad_edit_put(e, &m->twin[inner[1]], inner[0]);
     for (int q = 0; q < 2; q++)
-        for (uint32_t k = inner[q] - 3; k <= inner[q]; k++) qw_quad_edit_set_out(e, m->corner[k], k);
+        for (int i = 0; i < 4; i++) {
+            uint32_t k = inner[q] - 3 + (uint32_t)i, corner = m->corner[k];
+            if (open[(first + 3 * q + i) % 6]) qw_quad_edit_set_out(e, corner, k);
+            else qw_quad_edit_put(e, &e->out[corner], k);
+        }
     return true;
 }
 

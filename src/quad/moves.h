@@ -23,6 +23,9 @@ enum {
     QW_MOVES_AT = 10 * QW_MAX_VALENCE
 };
 
+/* Edges at v, or QW_MAX_VALENCE + 1 where there are more. */
+uint32_t qw_valence_at(const qw_quad_edit *e, uint32_t v, bool *open);
+
 /* Makes the move where it is legal, and says so. curveless: the ends of a collapse may both lie on curves. */
 bool qw_make_quad_move(qw_quad_edit *e, qw_quad_move move, bool curveless);
 

@@ -32,6 +32,7 @@ enum {
 };
 
 enum { MOVES = 1, CHAINS = 2 };
+enum { UNKNOWN = -1 };
 /* Even at the least count a hundredth of the quads may go with doublets; without a bound, where each leaves another,
    the whole mesh would go. */
 enum { DOUBLETS = 100 };
@@ -43,6 +44,7 @@ typedef struct simplifier {
     const qw_wanted *wanted;
     int64_t least;
     uint32_t *stamp, *face_stamp, round; /* [vertices], [faces] */
+    int32_t *cost;  /* [vertices] excess where no move is being tried, or UNKNOWN */
     uint8_t *fresh; /* [vertices] MOVES and CHAINS not yet tried there since something near it changed */
     int64_t trials; /* of chains, left */
     bool shapeless; /* shapes may get worse for the sake of the count; no quad may flip */
@@ -129,9 +131,12 @@ static int32_t excess(const qw_quadmesh *m, const uint32_t *out, uint32_t v)
     return sum;
 }
 
-static uint32_t valence_of(const qw_quad_edit *e, uint32_t v, bool *open)
+static int32_t cost_at(const simplifier *s, uint32_t v)
 {
-    return qw_quad_valence(&e->mesh, e->out[v], open);
+    assert(v < s->e.mesh.vertex_count);
+    if (s->e.writes > 0) return excess(&s->e.mesh, s->e.out, v);
+    if (s->cost[v] == UNKNOWN) s->cost[v] = excess(&s->e.mesh, s->e.out, v);
+    return s->cost[v];
 }
 
 /* Neighbours of v into the set, as far as there is room; QW_MAX_VALENCE of one vertex always fit. */
@@ -145,7 +150,7 @@ static void add_neighbours(simplifier *s, vertices *set, uint32_t v)
         add(s, set, m->corner[qw_quad_next(h)]);
         add(s, set, m->corner[prev]);
         h = m->twin[prev];
-    } while (h != QW_NONE && h != s->e.out[v]);
+    } while (h != QW_NONE && h != s->e.out[v] && set->count < MAX_AROUND);
 }
 
 /* ---- moves */
@@ -155,8 +160,8 @@ static bool may_collapse(const simplifier *s, uint32_t h)
 {
     const qw_quad_edit *e = &s->e;
     bool a_open, c_open;
-    uint32_t a = valence_of(e, e->mesh.corner[h], &a_open),
-             c = valence_of(e, e->mesh.corner[qw_quad_next(qw_quad_next(h))], &c_open);
+    uint32_t a = qw_valence_at(e, e->mesh.corner[h], &a_open),
+             c = qw_valence_at(e, e->mesh.corner[qw_quad_next(qw_quad_next(h))], &c_open);
     bool doublet = (a == 2 && !a_open) || (c == 2 && !c_open);
     return (int64_t)e->live_faces > s->least - (doublet ? s->least / DOUBLETS : 0);
 }
@@ -176,10 +181,13 @@ static bool make_if(simplifier *s, qw_quad_move mv, int32_t limit, int32_t *chan
     size_t writes = s->e.writes;
     int32_t before = 0, after = 0;
     *count = qw_changed_by_move(m, mv, changed);
-    for (uint32_t i = 0; i < *count; i++) before += excess(m, s->e.out, changed[i]);
+    /* of the hexagon of a rotation, the corners that the edge is at neither before nor after keep their costs */
+    uint32_t kept = mv.kind == QW_ROTATE_ON ? 2 : mv.kind == QW_ROTATE_BACK ? 1 : 3;
+    for (uint32_t i = 0; i < *count; i++)
+        if (i % 3 != kept) before += cost_at(s, changed[i]);
     if (*count == 0 || !make(s, mv)) return false;
     for (uint32_t i = 0; i < *count; i++)
-        if (mv.kind != QW_COLLAPSE || i != 2) after += excess(m, s->e.out, changed[i]);
+        if (mv.kind == QW_COLLAPSE ? i != 2 : i % 3 != kept) after += excess(m, s->e.out, changed[i]);
     *change = after - before;
     if (*change < limit) {
         if (mv.kind == QW_COLLAPSE) changed[2] = changed[--*count];
@@ -224,7 +232,7 @@ static uint32_t quads_around(simplifier *s, const vertices *set, uint32_t list[F
             if (s->face_stamp[h / 4] != s->round && count < FACES_AROUND) list[count++] = h;
             s->face_stamp[h / 4] = s->round;
             h = qw_quad_around(&s->e.mesh, h);
-        } while (h != QW_NONE && h != first);
+        } while (h != QW_NONE && h != first && count < FACES_AROUND);
     }
     return count;
 }
@@ -279,9 +287,25 @@ static void repeat(simplifier *s, const chain *c)
     for (uint32_t i = 0; i < c->length; i++) make(s, c->list[i]);
 }
 
+static void forget_costs_around(simplifier *s, uint32_t v)
+{
+    const qw_quadmesh *m = &s->e.mesh;
+    uint32_t h = s->e.out[v], prev;
+    s->cost[v] = UNKNOWN;
+    do {
+        prev = qw_quad_prev(h);
+        s->cost[m->corner[qw_quad_next(h)]] = s->cost[m->corner[prev]] = UNKNOWN;
+        h = m->twin[prev];
+    } while (h != QW_NONE && h != s->e.out[v]);
+}
+
+/* The vertices near may have moved, and the angles at their neighbours with them. */
 static bool refresh(simplifier *s, const vertices *near)
 {
-    for (uint32_t i = 0; i < near->count; i++) s->fresh[near->list[i]] = MOVES | CHAINS;
+    for (uint32_t i = 0; i < near->count; i++) {
+        s->fresh[near->list[i]] = MOVES | CHAINS;
+        forget_costs_around(s, near->list[i]);
+    }
     return true;
 }
 
@@ -371,7 +395,7 @@ static bool extend(simplifier *s, search *x, uint32_t v)
         } else {
             const uint32_t *next = x->changed + x->count - count;
             for (uint32_t k = 0; k < count && x->c.length < DEPTH; k++)
-                if (excess(&s->e.mesh, s->e.out, next[k]) > 0 && extend(s, x, next[k])) return true;
+                if (cost_at(s, next[k]) > 0 && extend(s, x, next[k])) return true;
             qw_quad_edit_undo(&s->e, writes);
             x->c.length--;
         }
@@ -387,7 +411,7 @@ static bool has_company(const simplifier *s, uint32_t v)
     uint32_t first = s->e.out[v], h = first;
     do {
         for (uint32_t g = qw_quad_next(h); g != h; g = qw_quad_next(g))
-            if (excess(m, s->e.out, m->corner[g]) > 0) return true;
+            if (cost_at(s, m->corner[g]) > 0) return true;
         h = qw_quad_around(m, h);
     } while (h != QW_NONE && h != first);
     return false;
@@ -415,7 +439,7 @@ static bool worth_a_try(simplifier *s, uint32_t v, uint8_t what)
     if (!(s->fresh[v] & what)) return false;
     s->fresh[v] &= (uint8_t)~what;
     if (s->e.out[v] == QW_NONE || s->e.gone[s->e.out[v] / 4] || s->e.mesh.corner[s->e.out[v]] != v) return false;
-    return excess(&s->e.mesh, s->e.out, v) > 0 && valence_of(&s->e, v, &open) <= QW_MAX_VALENCE;
+    return qw_valence_at(&s->e, v, &open) <= QW_MAX_VALENCE && cost_at(s, v) > 0;
 }
 
 static void simplify(simplifier *s, qw_simplify_counts *counts)
@@ -492,6 +516,8 @@ static simplifier make_simplifier(qw_env *env, const qw_quadmesh *mesh, const qw
     s.e.keeps_journal = true;
     s.stamp = QW_NEW_ZERO(env, uint32_t, mesh->vertex_count),
     s.face_stamp = QW_NEW_ZERO(env, uint32_t, mesh->face_count);
+    s.cost = QW_NEW(env, int32_t, mesh->vertex_count);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) s.cost[v] = UNKNOWN;
     s.fresh = QW_NEW(env, uint8_t, mesh->vertex_count);
     memset(s.fresh, MOVES | CHAINS, mesh->vertex_count);
     s.trials = LEAST_TRIALS + (int64_t)TRIALS_A_QUAD * mesh->face_count;

@@ -91,8 +91,8 @@ static qw_step go_on(uint32_t best) { return (qw_step){QW_NO_RETRY, best, FIRST_
 /* ---- after INVERSIONS */
 
 /* The surface can be flattened with usual or with stiff triangles; the second is tried where the first leaves
-   triangles inverted. Where cones leave the quads no room, repairs decide what the quads are: once the size has been
-   changed for their count, it is not. */
+   triangles inverted. Where cones leave the quads no room, repairs decide what the quads are: below the least count, or
+   once the size has been changed for their count, it is not. */
 static qw_step after_integers(const qw_history *h)
 {
     const qw_attempt *a = current(h);
@@ -102,7 +102,8 @@ static qw_step after_integers(const qw_history *h)
         return go_on(before->verdict.inverted <= a->verdict.inverted ? h->current - 1 : h->current);
     }
     uint32_t round = round_begin(h);
-    bool repairs_decide = a->verdict.is_crowded && uses_since(h, QW_RETRY_FACE_COUNT, round) > 0;
+    bool repairs_decide = a->verdict.is_crowded &&
+                          (qw_is_too_few(&h->request) || uses_since(h, QW_RETRY_FACE_COUNT, round) > 0);
     if (!h->request.is_closed || a->verdict.inverted == 0 || a->verdict.stiffening_changes_nothing || repairs_decide ||
         a->plan.strategy == QW_STRATEGY_STIFF || !has_use(h, QW_RETRY_INVERTED, round))
         return go_on(h->current);
@@ -159,11 +160,20 @@ static uint32_t sizes_begin(const qw_history *h, uint32_t round)
     return begin;
 }
 
+/* Below the least count, where the surface is crowded with cones, what repairs leave hardly depends on the size: one
+   step, as long as two, shows all that another size can do. */
+static bool takes_one_step(const qw_history *h)
+{
+    return h->request.is_closed && qw_is_too_few(&h->request) && current(h)->verdict.is_crowded;
+}
+
 static bool may_resize(const qw_history *h, uint32_t first)
 {
     const qw_verdict *v = &current(h)->verdict;
     bool repairs_decide = h->request.is_closed && (v->topology_lost || v->is_crowded);
-    uint32_t most = repairs_decide ? QW_SIZE_RETRIES_REBUILT : qw_retry_rows[QW_RETRY_FACE_COUNT].most;
+    uint32_t most = takes_one_step(h) ? 1
+                    : repairs_decide  ? QW_SIZE_RETRIES_REBUILT
+                                      : qw_retry_rows[QW_RETRY_FACE_COUNT].most;
     return uses_since(h, QW_RETRY_FACE_COUNT, first) < most;
 }
 
@@ -181,8 +191,9 @@ static bool may_move_cones(const qw_history *h, uint32_t round)
 static qw_step with_other_size(const qw_history *h, uint32_t best)
 {
     qw_step step = {QW_RETRY_FACE_COUNT, best, current(h)->plan};
-    double ratio = sqrt(current(h)->verdict.faces / qw_faces_aimed_at(&h->request));
-    step.plan.size_factor *= fmin(fmax(ratio, 1 / QW_MOST_SIZE_STEP), QW_MOST_SIZE_STEP);
+    double ratio = sqrt(current(h)->verdict.faces / qw_faces_aimed_at(&h->request)),
+           by = fmin(fmax(ratio, 1 / QW_MOST_SIZE_STEP), QW_MOST_SIZE_STEP);
+    step.plan.size_factor *= takes_one_step(h) ? by * by : by;
     return step;
 }
 
@@ -381,7 +392,7 @@ const char *qw_history_fault(const qw_history *h, uint32_t finished)
     uint32_t uses[QW_RETRIES] = {0}; /* since the last retry that goes back further */
     for (uint32_t i = 0; i < h->count; i++) {
         const qw_attempt *a = &h->attempt[i];
-        if (a->cause == QW_RETRY_FACE_COUNT) largest_factor *= QW_MOST_SIZE_STEP;
+        if (a->cause == QW_RETRY_FACE_COUNT) largest_factor *= QW_MOST_SIZE_STEP * QW_MOST_SIZE_STEP;
         const char *fault = attempt_fault(h, i, largest_factor);
         if (fault) return fault;
         /* A round that lost the topology was judged no further than REPAIR; its later rows are not asked again. */
