@@ -255,6 +255,10 @@ static void crowds_of_cones_end_early(void **state)
          {SIMPLIFY(.faces = 1800, .is_crowded = 1), QW_RETRY_FACE_COUNT, 1},
          {SIMPLIFY(.faces = 1700, .is_crowded = 1), QW_NO_RETRY, 2});
     PLAY(USUAL, {INVERSIONS(.inverted = 3, .is_crowded = 1), QW_RETRY_INVERTED, 0});
+    PLAY(USUAL, {INVERSIONS(.inverted = 3, .is_crowded = 2), QW_NO_RETRY, 0});
+    PLAY(USUAL, {SIMPLIFY(.faces = 1900, .is_crowded = 2), QW_RETRY_FACE_COUNT, 0},
+         {SIMPLIFY(.faces = 1800, .is_crowded = 2), QW_NO_RETRY, 1});
+    PLAY(USUAL, {RELAX(.uncovered = 2, .places = 1, .is_crowded = 2), QW_NO_RETRY, 0});
     PLAY(USUAL, {SIMPLIFY(.faces = 1900, .is_crowded = 1), QW_RETRY_FACE_COUNT, 0},
          {INVERSIONS(.inverted = 3, .is_crowded = 1), QW_NO_RETRY, 1});
     PLAY(USUAL, {SIMPLIFY(.faces = 1900), QW_RETRY_FACE_COUNT, 0}, {INVERSIONS(.inverted = 3), QW_RETRY_INVERTED, 1});

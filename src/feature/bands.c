@@ -14,6 +14,8 @@ static const float PARALLEL = 0.92387953f;
 /* Of `least`: below a fifth of an edge a row of quads would be too thin; see integer/narrow_bands.h for wider ones. */
 static const float CLOSE = 0.4f;
 static const float OVERLAP = 0.25f; /* of the shorter edge that must lie beside the other */
+/* Neighbours of one vertex that each is looked at with: those that follow around. */
+enum { MOST_AROUND = 64 };
 /* Widths, as multiples of CLOSE, of bands that have room or none as a whole. */
 static const float THINNEST = 0.5f, WIDEST = 2;
 
@@ -106,8 +108,8 @@ static void add_pairs_around(finder *f, uint32_t v)
     const qw_trimesh *mesh = f->mesh;
     uint32_t first = f->outgoing[v], h = first;
     do {
-        uint32_t u = mesh->corner[qw_next(h)];
-        for (uint32_t k = qw_around(mesh, h); f->graph->degree[u] && k != first; k = qw_around(mesh, k))
+        uint32_t u = mesh->corner[qw_next(h)], left = f->graph->degree[u] ? MOST_AROUND : 0;
+        for (uint32_t k = qw_around(mesh, h); k != first && left-- > 0; k = qw_around(mesh, k))
             add_pairs_at(f, u, mesh->corner[qw_next(k)]);
         h = qw_around(mesh, h);
     } while (h != first);

@@ -72,7 +72,7 @@ static void sort_combinations(combination *some, int count)
 
 static int most_improved(const qw_search *s)
 {
-    return (int)fmax(BEST_SIZES, fmin(s->tries, EDGES_IMPROVED / fmax(s->edges, 1)));
+    return (int)fmin(s->tries, fmax(BEST_SIZES, EDGES_IMPROVED / fmax(s->edges, 1)));
 }
 
 /* Copies the best combinations behind the `count` given ones and improves the copies by circuits. Returns how many. */

@@ -1,5 +1,6 @@
 #include "integer/search_state.h"
 
+#include "base/constants.h"
 #include "base/promise.h"
 #include "integer/bidirected.h"
 
@@ -35,7 +36,9 @@ qw_search qw_search_begin(qw_env *env, const qw_components *components, const qw
         s.kept[p].scale = wish->size, s.kept[p].beyond = INFINITY, s.kept[p].stretch = 1;
     }
     s.room = QW_NEW(env, qw_real2, s.most_edges);
-    s.tries = (int)fmax(3, fmin(MOST_TRIES, wish->effort * QW_SEARCH_EDGES / fmax(s.edges, 1)));
+    s.tries = wish->effort * QW_OVERCROWDED < 1
+                  ? 1
+                  : (int)fmax(3, fmin(MOST_TRIES, wish->effort * QW_SEARCH_EDGES / fmax(s.edges, 1)));
     return s;
 }
 
@@ -57,7 +60,7 @@ void qw_search_prepare(const qw_search *s, qw_trial *t, uint32_t component, int 
     int k = i % s->tries;
     double side = k & 1 ? -1 : 1;
     t->component = component, t->number = (uint32_t)i;
-    t->scale = s->wish.size * (1 + side * SIZE_RANGE * ((k + 1) / 2) / (s->tries / 2));
+    t->scale = s->wish.size * (1 + side * SIZE_RANGE * ((k + 1) / 2) / fmax(s->tries / 2, 1));
     t->beyond = INFINITY, t->stretch = 1;
     t->noise = NOISE * (float)(i / s->tries);
     t->seed = (uint64_t)i << 32;

@@ -44,7 +44,7 @@ typedef struct simplifier {
     const qw_wanted *wanted;
     int64_t least;
     uint32_t *stamp, *face_stamp, round; /* [vertices], [faces] */
-    int32_t *cost;  /* [vertices] excess where no move is being tried, or UNKNOWN */
+    int32_t *cost;                       /* [vertices] excess where no move is being tried, or UNKNOWN */
     uint8_t *fresh; /* [vertices] MOVES and CHAINS not yet tried there since something near it changed */
     int64_t trials; /* of chains, left */
     bool shapeless; /* shapes may get worse for the sake of the count; no quad may flip */

@@ -88,11 +88,19 @@ static bool was_judged(const qw_attempt *a, qw_stage stage) { return a->judged >
 
 static qw_step go_on(uint32_t best) { return (qw_step){QW_NO_RETRY, best, FIRST_PLAN}; }
 
+/* Where cones cut the surface into many times as many triangles as there are quads, or into more and the count is below
+   the least, what repairs leave hardly depends on the size: one step, as long as two, shows all that another can do. */
+static bool takes_one_step(const qw_history *h)
+{
+    const qw_verdict *v = &current(h)->verdict;
+    return h->request.is_closed && v->is_crowded > (qw_is_too_few(&h->request) ? 0 : 1);
+}
+
 /* ---- after INVERSIONS */
 
 /* The surface can be flattened with usual or with stiff triangles; the second is tried where the first leaves
-   triangles inverted. Where cones leave the quads no room, repairs decide what the quads are: below the least count, or
-   once the size has been changed for their count, it is not. */
+   triangles inverted. Where cones leave the quads no room, repairs decide what the quads are: once the size has been
+   changed for their count, or where no size can matter, it is not. */
 static qw_step after_integers(const qw_history *h)
 {
     const qw_attempt *a = current(h);
@@ -102,8 +110,7 @@ static qw_step after_integers(const qw_history *h)
         return go_on(before->verdict.inverted <= a->verdict.inverted ? h->current - 1 : h->current);
     }
     uint32_t round = round_begin(h);
-    bool repairs_decide = a->verdict.is_crowded &&
-                          (qw_is_too_few(&h->request) || uses_since(h, QW_RETRY_FACE_COUNT, round) > 0);
+    bool repairs_decide = a->verdict.is_crowded && (takes_one_step(h) || uses_since(h, QW_RETRY_FACE_COUNT, round) > 0);
     if (!h->request.is_closed || a->verdict.inverted == 0 || a->verdict.stiffening_changes_nothing || repairs_decide ||
         a->plan.strategy == QW_STRATEGY_STIFF || !has_use(h, QW_RETRY_INVERTED, round))
         return go_on(h->current);
@@ -158,13 +165,6 @@ static uint32_t sizes_begin(const qw_history *h, uint32_t round)
     uint32_t begin = h->count - 1;
     while (begin > round && h->attempt[begin].cause != QW_RETRY_CORNER_CONES) begin--;
     return begin;
-}
-
-/* Below the least count, where the surface is crowded with cones, what repairs leave hardly depends on the size: one
-   step, as long as two, shows all that another size can do. */
-static bool takes_one_step(const qw_history *h)
-{
-    return h->request.is_closed && qw_is_too_few(&h->request) && current(h)->verdict.is_crowded;
 }
 
 static bool may_resize(const qw_history *h, uint32_t first)
@@ -270,7 +270,7 @@ static bool round_is_hopeless(const qw_history *h)
     double present = faults(h, h->current);
     const qw_verdict *v = &current(h)->verdict;
     return (v->topology_lost || v->is_crowded) &&
-           (present > QW_HOPELESS_FAULTS * h->request.faces_wanted ||
+           (v->is_crowded > 1 || present > QW_HOPELESS_FAULTS * h->request.faces_wanted ||
             ((v->uncovered < 1 || v->is_crowded) && present > QW_ROUND_GAIN * least));
 }
 

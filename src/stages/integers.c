@@ -4,6 +4,7 @@
 #include "stages/curves.h"
 #include "stages/stages.h"
 
+#include "base/constants.h"
 #include "field/alignment.h"
 #include "field/girth.h"
 #include "field/curvature_diffusion.h"
@@ -214,7 +215,9 @@ void qw_stage_REGULAR(qw_run_state *run)
                                  .verdict = run->curve_outcome};
         qw_quantise_counts counts = qw_quantise(run->env, &run->regular, &wish);
         c = counts.regular;
-        run->is_crowded = counts.decimated_faces > wish.quads || counts.squeezed > MUCH_SQUEEZED;
+        run->is_crowded = counts.decimated_faces > QW_OVERCROWDED * wish.quads
+                              ? 2
+                              : counts.decimated_faces > wish.quads || counts.squeezed > MUCH_SQUEEZED;
         /* where integers invert triangles of the decimated complex, a stiffer surface leads to the same integers,
            unless lines ran together over whole faces */
         run->stiffening_changes_nothing = counts.inverted > 0 && counts.squeezed < MUCH_SQUEEZED &&
