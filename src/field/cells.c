@@ -170,42 +170,55 @@ uint32_t qw_cells_rounds(const qw_cells *cells, double radius)
 
 typedef struct spread_task {
     const qw_cells *cells;
+    const float *share; /* float[cells->count]: of its sums that each neighbour gets */
     const float *from;
     float *to;
     uint32_t channels;
 } spread_task;
 
+/* MOST sums of each cell, from the first of them on. */
+enum { MOST = 4 };
+static inline void spread_some(const spread_task *t, uint32_t begin, uint32_t end, uint32_t first, uint32_t count)
+{
+    const qw_cells *c = t->cells;
+    for (uint32_t a = begin; a < end; a++) {
+        const float *from = t->from + first, *own = from + (size_t)t->channels * a;
+        float by = c->begin[a + 1] > c->begin[a] ? 0.5f : 1, sum[MOST];
+        for (uint32_t k = 0; k < count; k++) sum[k] = by * own[k];
+        for (uint32_t i = c->begin[a]; i < c->begin[a + 1]; i++) {
+            uint32_t b = c->neighbour[i];
+            for (uint32_t k = 0; k < count; k++) sum[k] += t->share[b] * from[(size_t)t->channels * b + k];
+        }
+        for (uint32_t k = 0; k < count; k++) t->to[(size_t)t->channels * a + first + k] = sum[k];
+    }
+}
+
+/* The counts are written out, so that compilers lay the sums side by side. */
 static void spread_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     const spread_task *t = user;
-    const qw_cells *c = t->cells;
-    for (uint32_t a = begin; a < end; a++) {
-        uint32_t links = c->begin[a + 1] - c->begin[a];
-        float own = links ? 0.5f : 1, *to = t->to + (size_t)t->channels * a;
-        for (uint32_t k = 0; k < t->channels; k++) to[k] = own * t->from[(size_t)t->channels * a + k];
-        for (uint32_t i = c->begin[a]; i < c->begin[a + 1]; i++) {
-            uint32_t b = c->neighbour[i];
-            float share = 0.5f / (float)(c->begin[b + 1] - c->begin[b]);
-            for (uint32_t k = 0; k < t->channels; k++) to[k] += share * t->from[(size_t)t->channels * b + k];
-        }
-    }
+    uint32_t first = 0;
+    for (; first + MOST <= t->channels; first += MOST) spread_some(t, begin, end, first, MOST);
+    if (t->channels - first == 2) spread_some(t, begin, end, first, 2);
+    else if (first < t->channels) spread_some(t, begin, end, first, t->channels - first);
 }
 
 void qw_cells_spread(qw_env *env, const qw_cells *cells, float *sum, uint32_t channels, uint32_t rounds)
 {
     assert(channels > 0);
     size_t values = (size_t)cells->count * channels;
-    float *other = QW_NEW(env, float, values), *from = sum, *to = other;
+    float *other = QW_NEW(env, float, values), *share = QW_NEW(env, float, cells->count), *from = sum, *to = other;
+    for (uint32_t c = 0; c < cells->count; c++) share[c] = 0.5f / (float)(cells->begin[c + 1] - cells->begin[c]);
     for (uint32_t i = 0; i < rounds; i++) {
         qw_break_silence(env);
-        spread_task t = {cells, from, to, channels};
+        spread_task t = {cells, share, from, to, channels};
         qw_parallel(env, cells->count, QW_GRAIN, spread_block, &t);
         float *turn = from;
         from = to, to = turn;
     }
     if (from != sum) memcpy(sum, from, values * sizeof *sum);
-    qw_free(env, other);
+    qw_free(env, share), qw_free(env, other);
 }
 
 /* Whether a neighbour's value is to be lowered for that of cell a. */

@@ -50,8 +50,12 @@ static void put_short(output *o, float value)
 
 static void put_whole(output *o, int64_t value)
 {
-    char text[32];
-    put(o, text, (size_t)snprintf(text, sizeof text, "%" PRId64, value));
+    char text[24], *end = text + sizeof text, *at = end;
+    uint64_t left = value < 0 ? 0 - (uint64_t)value : (uint64_t)value;
+    do *--at = (char)('0' + left % 10);
+    while (left /= 10);
+    if (value < 0) *--at = '-';
+    put(o, at, (size_t)(end - at));
 }
 
 /* ---- what there is */

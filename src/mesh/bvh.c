@@ -24,7 +24,7 @@ _Static_assert(sizeof(disc) == 32, "half a cache line");
 /* Bounds of normals, in steps of 1 / STEEPEST, rounded outward: what points another way is passed over with its node.
  */
 typedef struct normal_box {
-    int8_t lo[3], hi[3];
+    int8_t at[6]; /* the least of x, y and z, and the largest */
 } normal_box;
 enum { STEEPEST = 127, SPLIT_LEVELS = 6 };
 
@@ -149,15 +149,19 @@ static void nearest_on(const triangle *t, qw_vec3 point, qw_hit *best)
     best->weight[2] = (float)w;
 }
 
-/* x + |x| is 2 max(x, 0). Never more than the true distance. */
-static inline float box_distance2(const qw_box_node *n, qw_vec3 p)
+/* x + |x| is 2 max(x, 0). Never more than the true distance. The fourth lane is of no use. */
+static inline float box_distance2(const qw_box_node *n, qw_lanes point)
 {
-    float x = fabsf(p.x - n->centre[0]) - n->half[0];
-    float y = fabsf(p.y - n->centre[1]) - n->half[1];
-    float z = fabsf(p.z - n->centre[2]) - n->half[2];
-    x += fabsf(x), y += fabsf(y), z += fabsf(z);
-    return 0.25f * (x * x + y * y + z * z);
+    const qw_lanes_mask size = {INT32_MAX, INT32_MAX, INT32_MAX, 0};
+    qw_lanes centre, half;
+    memcpy(&centre, n, sizeof centre), memcpy(&half, (const char *)n + sizeof centre, sizeof half);
+    qw_lanes out = (qw_lanes)((qw_lanes_mask)(point - centre) & size) - half;
+    out += (qw_lanes)((qw_lanes_mask)out & size);
+    out *= out;
+    return 0.25f * (out[0] + out[1] + out[2]);
 }
+
+static inline qw_lanes lanes_of(qw_vec3 p) { return (qw_lanes){p.x, p.y, p.z, 0}; }
 
 /* Nodes still to be visited, nearest on top. */
 typedef struct pending {
@@ -242,7 +246,8 @@ static normal_box box_of_normal(qw_vec3 n)
     for (int k = 0; k < 3; k++) {
         int whole = (int)by[k]; /* toward 0 */
         int low = whole - (by[k] < (float)whole), high = whole + (by[k] > (float)whole);
-        b.lo[k] = (int8_t)(low < -STEEPEST ? -STEEPEST : low), b.hi[k] = (int8_t)(high > STEEPEST ? STEEPEST : high);
+        b.at[k] = (int8_t)(low < -STEEPEST ? -STEEPEST : low),
+        b.at[3 + k] = (int8_t)(high > STEEPEST ? STEEPEST : high);
     }
     return b;
 }
@@ -250,8 +255,8 @@ static normal_box box_of_normal(qw_vec3 n)
 static void widen(normal_box *b, const normal_box *by)
 {
     for (int k = 0; k < 3; k++) {
-        if (by->lo[k] < b->lo[k]) b->lo[k] = by->lo[k];
-        if (by->hi[k] > b->hi[k]) b->hi[k] = by->hi[k];
+        if (by->at[k] < b->at[k]) b->at[k] = by->at[k];
+        if (by->at[3 + k] > b->at[3 + k]) b->at[3 + k] = by->at[3 + k];
     }
 }
 
@@ -387,7 +392,8 @@ void qw_bvh_fill_pocket(const qw_bvh *bvh, qw_vec3 centre, float radius, qw_bvh_
     pocket->centre = centre, pocket->radius = 0, pocket->count = 0;
     uint32_t stack[QW_BOX_STACK], top = 0;
     float limit = reach(t, radius * radius);
-    if (t->count > 0 && box_distance2(t->nodes, centre) <= limit) stack[top++] = 0;
+    qw_lanes middle = lanes_of(centre);
+    if (t->count > 0 && box_distance2(t->nodes, middle) <= limit) stack[top++] = 0;
     while (top > 0) {
         const qw_box_node *n = &t->nodes[stack[--top]];
         if (n->count > 0) {
@@ -396,7 +402,7 @@ void qw_bvh_fill_pocket(const qw_bvh *bvh, qw_vec3 centre, float radius, qw_bvh_
         }
         assert(top + 2 <= QW_BOX_STACK);
         for (uint32_t k = 2; k-- > 0;)
-            if (box_distance2(&t->nodes[n->first + k], centre) <= limit) stack[top++] = n->first + k;
+            if (box_distance2(&t->nodes[n->first + k], middle) <= limit) stack[top++] = n->first + k;
     }
     pocket->radius = radius;
 }
@@ -408,23 +414,35 @@ static bool is_inside(const qw_box_tree *t, const qw_bvh_pocket *pocket, qw_vec3
     return room > 0 && qw_length2(qw_sub(point, pocket->centre)) * 1.00001f < room * room;
 }
 
-/* Whether any face of a node may have a normal as the query wants it; rounding allowed for. */
-static inline bool may_agree(const normal_box *b, const qw_bvh_query *q)
+/* A query as the nodes are asked. */
+typedef struct aim {
+    qw_lanes point;
+    bool has_normal, has_part; /* whether normals, or components, are asked for */
+    uint8_t side[3];           /* the bounds of normals that lie farthest along the normal */
+    float least;               /* along it, rounding allowed for */
+} aim;
+
+static aim aim_of(const qw_bvh *bvh, const qw_bvh_query *q)
 {
-    float most = qw_max_of((float)b->lo[0] * q->normal.x, (float)b->hi[0] * q->normal.x) +
-                 qw_max_of((float)b->lo[1] * q->normal.y, (float)b->hi[1] * q->normal.y) +
-                 qw_max_of((float)b->lo[2] * q->normal.z, (float)b->hi[2] * q->normal.z);
-    return most >= STEEPEST * (q->least_dot - 1e-4f);
+    aim a = {.point = lanes_of(q->point), .has_part = bvh->part && q->label == bvh->component};
+    a.has_normal = q->least_dot > -1 && (q->normal.x != 0 || q->normal.y != 0 || q->normal.z != 0);
+    a.side[0] = q->normal.x < 0 ? 0 : 3, a.side[1] = q->normal.y < 0 ? 1 : 4, a.side[2] = q->normal.z < 0 ? 2 : 5;
+    a.least = STEEPEST * (q->least_dot - 1e-4f);
+    return a;
 }
 
-/* The squared distance to the box of a node, or beyond all where no normal in it agrees, or no face is of the component
-   that is wanted. */
-static inline float key_of(const qw_bvh *bvh, uint32_t node, const qw_bvh_query *q, bool test_normal)
+/* The squared distance to the box of a node, or beyond all where that is more than `limit`, no normal in it agrees, or
+   no face is of the component that is wanted. */
+static inline float key_of(const qw_bvh *bvh, uint32_t node, const qw_bvh_query *q, const aim *a, float limit)
 {
-    if (test_normal && !may_agree(&bvh->normals[node], q)) return INFINITY;
-    if (bvh->part && q->label == bvh->component && bvh->part[node] != QW_NONE && bvh->part[node] != q->wanted)
-        return INFINITY;
-    return box_distance2(&bvh->tree.nodes[node], q->point);
+    float distance2 = box_distance2(&bvh->tree.nodes[node], a->point);
+    if (!(distance2 <= limit)) return INFINITY;
+    if (a->has_part && bvh->part[node] != QW_NONE && bvh->part[node] != q->wanted) return INFINITY;
+    if (!a->has_normal) return distance2;
+    const int8_t *bound = bvh->normals[node].at;
+    float most = (float)bound[a->side[0]] * q->normal.x + (float)bound[a->side[1]] * q->normal.y +
+                 (float)bound[a->side[2]] * q->normal.z;
+    return most >= a->least ? distance2 : INFINITY;
 }
 
 qw_hit qw_bvh_find(const qw_bvh *bvh, const qw_bvh_query *q, const qw_bvh_pocket *pocket)
@@ -433,26 +451,26 @@ qw_hit qw_bvh_find(const qw_bvh *bvh, const qw_bvh_query *q, const qw_bvh_pocket
     const qw_box_tree *t = &bvh->tree;
     qw_hit best = {.face = QW_NONE, .distance2 = q->max_distance * q->max_distance};
     if (t->count == 0) return best;
-    qw_vec3 point = q->point;
-    bool test_normal = q->least_dot > -1 && (q->normal.x != 0 || q->normal.y != 0 || q->normal.z != 0);
-    if (q->hint < t->count) try_disc(bvh, bvh->place[q->hint], q, test_normal, &best);
+    const aim a = aim_of(bvh, q);
+    if (q->hint < t->count) try_disc(bvh, bvh->place[q->hint], q, a.has_normal, &best);
     if (best.distance2 < q->enough2) return best;
     if (pocket && pocket->radius > 0) {
-        for (uint32_t i = 0; i < pocket->count; i++) try_disc(bvh, pocket->place[i], q, test_normal, &best);
-        if (is_inside(t, pocket, point, best.distance2)) return best;
+        for (uint32_t i = 0; i < pocket->count; i++) try_disc(bvh, pocket->place[i], q, a.has_normal, &best);
+        if (is_inside(t, pocket, q->point, best.distance2)) return best;
     }
-    pending todo = {.count = 0};
-    uint32_t at = box_distance2(t->nodes, point) <= reach(t, best.distance2) ? 0 : QW_NONE;
+    pending todo;
+    todo.count = 0;
+    uint32_t at = box_distance2(t->nodes, a.point) <= reach(t, best.distance2) ? 0 : QW_NONE;
     while (at != QW_NONE) {
         const qw_box_node *n = &t->nodes[at];
         if (n->count > 0) {
-            for (uint32_t i = n->first; i < n->first + n->count; i++) try_disc(bvh, i, q, test_normal, &best);
+            for (uint32_t i = n->first; i < n->first + n->count; i++) try_disc(bvh, i, q, a.has_normal, &best);
             best.looked += n->count;
             at = best.distance2 < q->enough2 ? QW_NONE : pop(&todo, reach(t, best.distance2));
             continue;
         }
         float limit = qw_min_of(reach(t, best.distance2), FLT_MAX);
-        at = choose(&todo, n->first, key_of(bvh, n->first, q, test_normal), key_of(bvh, n->first + 1, q, test_normal),
+        at = choose(&todo, n->first, key_of(bvh, n->first, q, &a, limit), key_of(bvh, n->first + 1, q, &a, limit),
                     limit);
         if (at == QW_NONE) at = pop(&todo, limit);
     }
@@ -558,7 +576,8 @@ qw_hit qw_bvh_ray(const qw_bvh *bvh, qw_vec3 origin, qw_vec3 direction, float ma
     ray r = {.origin = origin, .direction = direction, .skip = skip};
     r.inverse = qw_v3(inverse_of(direction.x), inverse_of(direction.y), inverse_of(direction.z));
     double best_t = max_distance;
-    pending todo = {.count = 0};
+    pending todo;
+    todo.count = 0;
     uint32_t at = box_entry(t->nodes, &r) <= max_distance ? 0 : QW_NONE;
     while (at != QW_NONE) {
         const qw_box_node *n = &t->nodes[at];
@@ -725,8 +744,10 @@ qw_curve_hit qw_curve_nearest(const qw_curve_tree *curves, qw_vec3 point, float 
     const qw_box_tree *t = &curves->tree;
     qw_curve_hit best = {.segment = QW_NONE, .distance2 = max_distance * max_distance};
     if (t->count == 0) return best;
-    pending todo = {.count = 0};
-    uint32_t at = box_distance2(t->nodes, point) <= reach(t, best.distance2) ? 0 : QW_NONE;
+    pending todo;
+    todo.count = 0;
+    qw_lanes middle = lanes_of(point);
+    uint32_t at = box_distance2(t->nodes, middle) <= reach(t, best.distance2) ? 0 : QW_NONE;
     while (at != QW_NONE) {
         const qw_box_node *n = &t->nodes[at];
         if (n->count > 0) {
@@ -736,7 +757,7 @@ qw_curve_hit qw_curve_nearest(const qw_curve_tree *curves, qw_vec3 point, float 
             continue;
         }
         const qw_box_node *pair = &t->nodes[n->first];
-        at = choose(&todo, n->first, box_distance2(pair, point), box_distance2(pair + 1, point),
+        at = choose(&todo, n->first, box_distance2(pair, middle), box_distance2(pair + 1, middle),
                     reach(t, best.distance2));
         if (at == QW_NONE) at = pop(&todo, reach(t, best.distance2));
     }

@@ -72,12 +72,6 @@ static void number_middles(halving *t)
 
 static uint32_t side_of(const halving *t, uint32_t f, uint32_t side) { return 3 * f + (side + t->turn[f]) % 3; }
 
-/* The place of corner or middle v of PARTING in triangle f. */
-static uint32_t vertex_of(const halving *t, uint32_t f, uint32_t v)
-{
-    return v < 3 ? t->m->corner[side_of(t, f, v)] : t->middle[side_of(t, f, v - 3)];
-}
-
 static qw_vec3 middle_of(const qw_trimesh *m, uint32_t h)
 {
     if (!leads(m, h)) h = m->twin[h];
@@ -98,18 +92,54 @@ static void choose_parting(void *user, uint32_t block, uint32_t begin, uint32_t 
         if (count == 2) { /* side 0 and the next */
             if (cut == 5) t->turn[f] = 2;
             const qw_vec3 *p = t->m->position;
-            float corner2 = qw_length2(qw_sub(p[vertex_of(t, f, 0)], middle_of(t->m, side_of(t, f, 1)))),
-                  middle2 = qw_length2(qw_sub(p[vertex_of(t, f, 2)], middle_of(t->m, side_of(t, f, 0))));
+            float corner2 = qw_length2(qw_sub(p[t->m->corner[side_of(t, f, 0)]], middle_of(t->m, side_of(t, f, 1)))),
+                  middle2 = qw_length2(qw_sub(p[t->m->corner[side_of(t, f, 2)]], middle_of(t->m, side_of(t, f, 0))));
             t->kind[f] = corner2 <= middle2 ? TWO_CUT_FROM_CORNER : TWO_CUT_FROM_MIDDLE;
         }
     }
 }
 
 /* The half-edge of the pieces along half-edge h, or along its part next to its tail (0) or head (1). */
-static uint32_t along(const halving *t, uint32_t h, uint32_t part)
+static inline uint32_t along(const halving *t, uint32_t h, uint32_t part)
 {
-    uint32_t f = h / 3, side = (h + 3 - t->turn[f]) % 3;
-    return 3 * t->first[f] + PARTING[t->kind[f]].rim[side][part];
+    uint32_t f = h / 3, kind = t->kind[f];
+    if (kind == WHOLE) return 3 * t->first[f] + h - 3 * f;
+    uint32_t side = (h + 3 - t->turn[f]) % 3;
+    return 3 * t->first[f] + PARTING[kind].rim[side][part];
+}
+
+static void copy_face(const halving *t, uint32_t f)
+{
+    for (uint32_t h = 3 * f, to = 3 * t->first[f]; h < 3 * f + 3; h++, to++) {
+        uint32_t other = t->m->twin[h];
+        t->to.corner[to] = t->m->corner[h], t->to.twin[to] = other == QW_NONE ? QW_NONE : along(t, other, 0);
+        if (t->to.mark) t->to.mark[to] = t->m->mark[h];
+    }
+}
+
+static void part_face(const halving *t, uint32_t f)
+{
+    const parting *p = &PARTING[t->kind[f]];
+    uint32_t base = 3 * t->first[f], side[3], vertex[6]; /* vertices as PARTING numbers them */
+    for (uint32_t k = 0; k < 3; k++) {
+        side[k] = side_of(t, f, k);
+        vertex[k] = t->m->corner[side[k]], vertex[3 + k] = t->middle[side[k]];
+    }
+    for (uint32_t j = 0; j < 3u * p->pieces; j++) {
+        t->to.corner[base + j] = vertex[p->corner[j]];
+        if (p->inner[j] >= 0) t->to.twin[base + j] = base + (uint32_t)p->inner[j];
+        if (t->to.mark) t->to.mark[base + j] = 0;
+    }
+    for (uint32_t k = 0; k < 3; k++) {
+        uint32_t h = side[k], other = t->m->twin[h];
+        bool is_cut = vertex[3 + k] != QW_NONE;
+        for (uint32_t part = 0; part <= is_cut; part++) {
+            uint32_t to = base + p->rim[k][part];
+            t->to.twin[to] = other == QW_NONE ? QW_NONE : along(t, other, is_cut && part == 0);
+            if (t->to.mark) t->to.mark[to] = t->m->mark[h];
+        }
+        if (is_cut && leads(t->m, h)) t->to.position[vertex[3 + k]] = middle_of(t->m, h);
+    }
 }
 
 static void part_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -117,22 +147,8 @@ static void part_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
     (void)block;
     const halving *t = user;
     for (uint32_t f = begin; f < end; f++) {
-        const parting *p = &PARTING[t->kind[f]];
-        uint32_t base = 3 * t->first[f];
-        for (uint32_t j = 0; j < 3u * p->pieces; j++) {
-            t->to.corner[base + j] = vertex_of(t, f, p->corner[j]);
-            if (p->inner[j] >= 0) t->to.twin[base + j] = base + (uint32_t)p->inner[j];
-            if (t->to.mark) t->to.mark[base + j] = 0;
-        }
-        for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
-            bool is_cut = t->middle[h] != QW_NONE;
-            uint32_t other = t->m->twin[h];
-            for (uint32_t part = 0; part <= is_cut; part++) {
-                t->to.twin[along(t, h, part)] = other == QW_NONE ? QW_NONE : along(t, other, is_cut && part == 0);
-                if (t->to.mark) t->to.mark[along(t, h, part)] = t->m->mark[h];
-            }
-            if (is_cut && leads(t->m, h)) t->to.position[t->middle[h]] = middle_of(t->m, h);
-        }
+        if (t->kind[f] == WHOLE) copy_face(t, f);
+        else part_face(t, f);
     }
 }
 
