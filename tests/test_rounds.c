@@ -57,7 +57,8 @@ static qw_round round_of(const rings *r, const qw_trimesh *surface, double least
 
 static bool covers_all(qw_env *env, const qw_trimesh *surface, const qw_quadmesh *quads)
 {
-    const uint8_t *uncovered = qw_mark_uncovered(env, surface, quads, 0.5f);
+    qw_halves halves = qw_halve_quads(env, quads);
+    const uint8_t *uncovered = qw_mark_uncovered(env, surface, &halves, 0.5f);
     for (uint32_t v = 0; v < surface->vertex_count; v++)
         if (uncovered[v]) return false;
     return true;

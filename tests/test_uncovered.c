@@ -29,7 +29,8 @@ static void finds_just_what_is_far(void **state)
     qw_trimesh surface = unit_grid(env, 40, 40, false, false);
     float *size = QW_NEW(env, float, surface.vertex_count);
     for (uint32_t v = 0; v < surface.vertex_count; v++) size[v] = 0.1f;
-    qw_quadmesh all = ribbon(env, 10, 1), half = ribbon(env, 5, 0.5f);
+    qw_quadmesh ten = ribbon(env, 10, 1), five = ribbon(env, 5, 0.5f), no = {0};
+    qw_halves all = qw_halve_quads(env, &ten), half = qw_halve_quads(env, &five), none = qw_halve_quads(env, &no);
     assert_int_equal(qw_uncovered_sites(env, &surface, size, &all, 0.1f).count, 0);
     qw_sites l = qw_uncovered_sites(env, &surface, size, &half, 0.15f);
     assert_true(l.count > 0);
@@ -45,7 +46,6 @@ static void finds_just_what_is_far(void **state)
         assert_true(spoken_for);
     }
     assert_int_equal(qw_uncovered_sites(env, &surface, size, &half, 0.6f).count, 0);
-    qw_quadmesh none = {0};
     assert_int_equal(qw_uncovered_sites(env, &surface, size, &none, 1).count, 0);
     qw_env_destroy(env);
 }

@@ -355,8 +355,9 @@ uint32_t qw_extrude_protrusions(qw_env *env, qw_quadmesh *quads, const qw_growth
     l.queue = qw_queue_create(env, n);
     uint8_t *taken = QW_NEW_ZERO(env, uint8_t, (size_t)q.face_count + most);
     uint32_t grown = grow_tips(&l, &q, taken, g);
-    const uint8_t *lost = qw_mark_uncovered(env, surface, quads, g->far);
-    l.open = qw_mark_uncovered(env, surface, quads, NEAR * g->edge);
+    qw_halves halves = qw_halve_quads(env, quads);
+    const uint8_t *lost = qw_mark_uncovered(env, surface, &halves, g->far);
+    l.open = qw_mark_uncovered(env, surface, &halves, NEAR * g->edge);
     for (uint32_t v = 0; v < n; v++)
         if (lost[v] && !l.seen[v] && take_protrusion(&l, v, g->marked)) {
             qw_break_silence(env);

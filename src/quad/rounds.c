@@ -218,7 +218,8 @@ bool qw_rounds_add(qw_env *env, qw_rounds *rounds, const qw_round *round, qw_qua
     const uint32_t *of = NULL;
     qw_census working = qw_trimesh_census(env, round->working);
     if (working.components > 1 && round->quads->face_count > 0) {
-        const uint8_t *uncovered = qw_mark_uncovered(env, round->working, round->quads, round->far);
+        qw_halves halves = qw_halve_quads(env, round->quads);
+        const uint8_t *uncovered = qw_mark_uncovered(env, round->working, &halves, round->far);
         bool has_faults = memchr(uncovered, 1, round->working->vertex_count) ||
                           memchr(round->flipped, QW_FLIPPED, round->quads->face_count);
         if (rounds->count > 0 || has_faults) of = match_components(env, round, &working);
@@ -237,8 +238,9 @@ qw_sites qw_rounds_uncovered(qw_env *env, const qw_rounds *r, const qw_trimesh *
                               .face_count = r->quads.face_count - r->last,
                               .position = r->quads.position,
                               .corner = r->quads.corner + 4 * (size_t)r->last};
-    uint8_t *uncovered = qw_mark_uncovered(env, working, best, far),
-            *by_last = qw_mark_uncovered(env, working, &last, far);
+    qw_halves halves[2] = {qw_halve_quads(env, best), qw_halve_quads(env, &last)};
+    uint8_t *uncovered = qw_mark_uncovered(env, working, &halves[0], far),
+            *by_last = qw_mark_uncovered(env, working, &halves[1], far);
     qw_census census = qw_trimesh_census(env, working);
     uint8_t *lacks = QW_NEW_ZERO(env, uint8_t, (size_t)census.components);
     for (uint32_t h = 0; h < 3 * working->face_count; h++)

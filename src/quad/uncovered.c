@@ -2,22 +2,20 @@
    neighbourhood stands for it. */
 #include "quad/uncovered.h"
 
-#include "mesh/bvh.h"
-
 #include <assert.h>
 #include <math.h>
 
 typedef struct coverage {
-    const qw_trimesh *surface, *halves;
-    const qw_bvh *tree;
+    const qw_trimesh *surface;
+    const qw_halves *quads;
     float far;
     uint8_t *uncovered;
 } coverage;
 
 static bool is_corner_near(const coverage *r, uint32_t half, qw_vec3 p)
 {
-    const uint32_t *c = r->halves->corner + 3 * (size_t)half;
-    const qw_vec3 *at = r->halves->position;
+    const uint32_t *c = r->quads->mesh.corner + 3 * (size_t)half;
+    const qw_vec3 *at = r->quads->mesh.position;
     float far2 = r->far * r->far;
     return qw_length2(qw_sub(at[c[0]], p)) < far2 || qw_length2(qw_sub(at[c[1]], p)) < far2 ||
            qw_length2(qw_sub(at[c[2]], p)) < far2;
@@ -32,13 +30,15 @@ static void ask_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
         r->uncovered[v] = 0;
         if (hint != QW_NONE && is_corner_near(r, hint, r->surface->position[v]))
             continue; /* neighbours follow one another: most often */
-        qw_hit hit = qw_bvh_nearest(r->tree, r->surface->position[v], qw_v3(0, 0, 0), -1, r->far, hint);
+        qw_bvh_query query = {.point = r->surface->position[v], .least_dot = -1, .max_distance = r->far, .hint = hint};
+        query.enough2 = r->far * r->far; /* any that is near will do */
+        qw_hit hit = qw_bvh_find(r->quads->tree, &query, NULL);
         r->uncovered[v] = hit.face == QW_NONE;
         hint = hit.face;
     }
 }
 
-static qw_trimesh halve_quads(qw_env *env, const qw_quadmesh *quads)
+qw_halves qw_halve_quads(qw_env *env, const qw_quadmesh *quads)
 {
     assert(quads->face_count < QW_NONE / 6);
     qw_trimesh t = {
@@ -50,20 +50,16 @@ static qw_trimesh halve_quads(qw_env *env, const qw_quadmesh *quads)
         c[0] = q[0], c[1] = q[1], c[2] = q[2];
         c[3] = q[0], c[4] = q[2], c[5] = q[3];
     }
-    return t;
+    return (qw_halves){t, qw_bvh_build(env, &t)};
 }
 
-float *qw_distances_to_quads(qw_env *env, const qw_vec3 *point, uint32_t count, const qw_quadmesh *quads)
+float *qw_distances_to_quads(qw_env *env, const qw_vec3 *point, uint32_t count, const qw_halves *quads)
 {
     float *distance = QW_NEW(env, float, count);
-    qw_scope_begin(env);
-    qw_trimesh halves = halve_quads(env, quads);
-    const qw_bvh *tree = count > 0 ? qw_bvh_build(env, &halves) : NULL;
     for (uint32_t i = 0; i < count; i++) {
-        qw_hit hit = qw_bvh_nearest(tree, point[i], qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
+        qw_hit hit = qw_bvh_nearest(quads->tree, point[i], qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
         distance[i] = hit.face == QW_NONE ? INFINITY : sqrtf(hit.distance2);
     }
-    qw_scope_end(env);
     return distance;
 }
 
@@ -75,15 +71,12 @@ static void add_point(qw_sites *l, qw_vec3 point, float size)
     l->size[l->count++] = size;
 }
 
-uint8_t *qw_mark_uncovered(qw_env *env, const qw_trimesh *surface, const qw_quadmesh *quads, float far)
+uint8_t *qw_mark_uncovered(qw_env *env, const qw_trimesh *surface, const qw_halves *quads, float far)
 {
-    assert(far > 0 && quads->face_count < QW_NONE / 6);
+    assert(far > 0 && quads->tree);
     uint8_t *uncovered = QW_NEW(env, uint8_t, surface->vertex_count);
-    qw_scope_begin(env);
-    qw_trimesh halves = halve_quads(env, quads);
-    coverage r = {surface, &halves, qw_bvh_build(env, &halves), far, uncovered};
+    coverage r = {surface, quads, far, uncovered};
     qw_parallel(env, surface->vertex_count, QW_GRAIN, ask_block, &r);
-    qw_scope_end(env);
     return uncovered;
 }
 
@@ -98,11 +91,11 @@ qw_sites qw_list_uncovered(qw_env *env, const qw_trimesh *surface, const float *
     return l;
 }
 
-qw_sites qw_uncovered_sites(qw_env *env, const qw_trimesh *surface, const float *size, const qw_quadmesh *quads,
+qw_sites qw_uncovered_sites(qw_env *env, const qw_trimesh *surface, const float *size, const qw_halves *quads,
                             float far)
 {
     assert(surface->position && size && far > 0);
-    if (quads->face_count == 0) return (qw_sites){0};
+    if (quads->mesh.face_count == 0) return (qw_sites){0};
     uint8_t *uncovered = qw_mark_uncovered(env, surface, quads, far);
     qw_sites l = qw_list_uncovered(env, surface, size, uncovered);
     qw_free(env, uncovered);

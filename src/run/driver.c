@@ -240,7 +240,7 @@ static void go_on_with(qw_context_state *c, qw_stage stage, uint32_t attempt, co
     if (stage == QW_STAGE_RELAX) {
         if (j->verdict.is_composed) {
             c->report.count_rounds = (int64_t)j->composed.face_count - c->run.relaxed.face_count;
-            c->run.relaxed = j->composed, c->run.flipped = j->composed_flipped;
+            c->run.relaxed = j->composed, c->run.flipped = j->composed_flipped, c->run.relaxed_covers = 0;
         }
         qw_rounds_drop(&c->rounds);
     }

@@ -123,7 +123,8 @@ static void judge_coverage(const qw_run_state *run, qw_rounds *rounds, qw_judgem
     v->is_composed = run->options.relax && compose(run, rounds, j);
     const qw_quadmesh *quads = v->is_composed ? &j->composed : &run->relaxed;
     const uint8_t *flipped = v->is_composed ? j->composed_flipped : run->flipped;
-    qw_sites places = qw_find_uncovered(run, quads);
+    qw_sites places = {0};
+    if (v->is_composed || !run->relaxed_covers) places = qw_find_uncovered(run, quads);
     v->working_vertices = run->working.mesh.vertex_count;
     v->protrusions = run->grown;
     v->lacking = run->lacking;

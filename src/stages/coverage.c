@@ -47,7 +47,12 @@ qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, const ui
 
 qw_sites qw_find_uncovered(const qw_run_state *run, const qw_quadmesh *quads)
 {
-    return qw_uncovered_sites(run->env, &run->working.mesh, run->size, quads, qw_uncovered_distance(run));
+    qw_scope_begin(run->env);
+    qw_halves halves = qw_halve_quads(run->env, quads);
+    qw_sites sites = qw_uncovered_sites(run->env, &run->working.mesh, run->size, &halves, qw_uncovered_distance(run));
+    qw_keep(run->env, sites.point), qw_keep(run->env, sites.size);
+    qw_scope_end(run->env);
+    return sites;
 }
 
 /* Makes the marked vertices around v that hang together with it unmarked. */
@@ -78,7 +83,7 @@ static float grows_beyond(const qw_run_state *run, uint32_t t)
 }
 
 /* How far each tip is from every quad: float[run->tips.count], in the current scope. */
-static float *find_tip_distances(const qw_run_state *run, const qw_quadmesh *quads)
+static float *find_tip_distances(const qw_run_state *run, const qw_halves *quads)
 {
     const qw_tip_list *tips = &run->tips;
     qw_vec3 *point = QW_NEW(run->env, qw_vec3, tips->count);
@@ -99,8 +104,9 @@ uint32_t qw_count_lost_parts(const qw_run_state *run, const qw_quadmesh *quads)
     const qw_trimesh *m = &run->working.mesh;
     uint32_t count = 0;
     qw_scope_begin(run->env);
-    uint8_t *lost = qw_mark_uncovered(run->env, m, quads, qw_uncovered_distance(run));
-    const float *far = find_tip_distances(run, quads);
+    qw_halves halves = qw_halve_quads(run->env, quads);
+    uint8_t *lost = qw_mark_uncovered(run->env, m, &halves, qw_uncovered_distance(run));
+    const float *far = find_tip_distances(run, &halves);
     for (uint32_t t = 0; t < run->tips.count; t++)
         count += far[t] > lost_beyond(run, t) && !has_marked(m, lost, &run->tips.tip[t]);
     uint32_t *stack = NULL, *out = NULL;
@@ -183,8 +189,13 @@ static float grown_distance(const qw_run_state *run)
 static faults find_faults(const qw_run_state *run, const qw_quadmesh *quads, const uint8_t *flipped)
 {
     qw_trimesh working = qw_parted_working(run);
-    qw_sites sites = qw_uncovered_sites(run->env, &working, run->size, quads, grown_distance(run));
-    faults f = {.uncovered = sites.count, .far = find_tip_distances(run, quads)};
+    qw_scope_begin(run->env);
+    qw_halves halves = qw_halve_quads(run->env, quads);
+    qw_sites sites = qw_uncovered_sites(run->env, &working, run->size, &halves, grown_distance(run));
+    float *far = find_tip_distances(run, &halves);
+    faults f = {.uncovered = sites.count, .far = far};
+    qw_keep(run->env, far);
+    qw_scope_end(run->env);
     double area = sites.area, lost = 0;
     for (uint32_t t = 0; t < run->tips.count; t++) {
         area += (double)(f.far[t] * run->tips.tip[t].girth);
@@ -306,8 +317,9 @@ static uint32_t grow(const qw_run_state *run, const qw_quadmesh *quads, const qw
    there are hardly as many quads as cones. Where it helps once more, for those that room for these has taken. */
 uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **flipped, bool marked)
 {
-    if (run->faces_wanted < run->core.needed) return 0;
+    if (run->faces_wanted < run->core.needed || (marked && run->relaxed_covers)) return 0;
     faults before = find_faults(run, quads, *flipped);
+    if (!marked) run->relaxed_covers = before.uncovered + before.lost == 0;
     if (before.uncovered + before.lost == 0) return 0;
     qw_wanted wanted = wanted_of(run);
     uint32_t all = 0;
@@ -323,6 +335,7 @@ uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **fl
                    grown.face_count, after.all, before.all);
             *quads = grown, *flipped = grown_flipped;
             all += count, before = after, tips = after.lost;
+            if (!marked) run->relaxed_covers = before.uncovered + before.lost == 0;
         } else if ((tips /= 2) == 0 || run->is_crowded) break;
     }
     return all;

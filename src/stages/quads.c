@@ -87,12 +87,15 @@ void qw_stage_RELAX(qw_run_state *run)
     qw_report *r = run->report;
     r->count_chords_removed = r->count_quads_removed = r->count_added = r->count_rounds = 0;
     qw_quadmesh quads = run->options.repair ? qw_fit_count(run, &run->simplified) : run->simplified;
-    run->grown = 0, run->lacking = 0;
+    run->grown = 0, run->lacking = 0, run->relaxed_covers = 0;
     if (run->options.relax) {
         run->relaxed = qw_relax(run, &quads, NULL, &run->flipped);
         if (run->options.repair && !run->is_crowded)
             run->grown = qw_grow_protrusions(run, &run->relaxed, &run->flipped, false);
-        if (run->plan.reserve > 0) qw_use_up_reserve(run, &run->relaxed, &run->flipped);
+        if (run->plan.reserve > 0) {
+            qw_use_up_reserve(run, &run->relaxed, &run->flipped);
+            run->relaxed_covers = 0;
+        }
     } else {
         run->relaxed = quads;
         run->flipped = QW_NEW_ZERO(run->env, uint8_t, quads.face_count);
