@@ -133,11 +133,12 @@ typedef struct qw_run_state {
     qw_quadmesh embedded;
     /* REPAIR, SIMPLIFY, RELAX */
     qw_quadmesh repaired, simplified, relaxed;
-    uint32_t topology_kept;  /* flag: the repaired quads have the topology of the surface */
-    uint8_t *flipped;        /* [relaxed faces]: qw_flip (mesh/flips.h) of each quad */
-    uint32_t grown;          /* protrusions that grew in RELAX */
-    uint32_t relaxed_covers; /* flag: known that nothing is to grow out of the relaxed quads; not in dumps */
-    double lacking;          /* quads that these would have taken, where room had to be made for them; else 0 */
+    uint32_t topology_kept;     /* flag: the repaired quads have the topology of the surface */
+    uint8_t *flipped;           /* [relaxed faces]: qw_flip (mesh/flips.h) of each quad */
+    uint32_t grown;             /* protrusions that grew in RELAX */
+    const qw_bvh *working_tree; /* over the working mesh; NULL: not made yet, or read from a dump */
+    uint32_t relaxed_covers;    /* flag: known that nothing is to grow out of the relaxed quads; not in dumps */
+    double lacking;             /* quads that these would have taken, where room had to be made for them; else 0 */
     /* FINISH */
     qw_quadmesh fitted;
     uint32_t sides_meet; /* flag: without symmetry 1; else: the quads have the topology of the core, and sewn to their

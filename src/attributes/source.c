@@ -3,6 +3,7 @@
 #include "mesh/triangulate.h"
 
 #include <assert.h>
+#include <string.h>
 
 /* What the clean surface says of each polygon. */
 typedef struct polygon_facts {
@@ -123,7 +124,9 @@ static polygon_facts find_facts(qw_env *env, const qw_clean_input *input, const 
                            .slot = QW_NEW(env, uint32_t, input->face_count)};
     for (uint32_t f = 0; f < input->face_count; f++) facts.component[f] = facts.slot[f] = QW_NONE;
     way_search s = {input, clean, QW_NEW(env, int8_t, clean->mesh.face_count)};
-    qw_parallel(env, clean->mesh.face_count, 4096, find_ways, &s);
+    memset(s.way, 1, clean->mesh.face_count);
+    if (clean->wrapped > 0 || clean->counts.flipped_triangles > 0) /* else none looks another way */
+        qw_parallel(env, clean->mesh.face_count, 4096, find_ways, &s);
     for (uint32_t t = 0; t < clean->mesh.face_count; t++)
         take_facts(&facts, clean, component, clean->source_face[t], t, s.way[t]);
     qw_free(env, s.way);

@@ -172,9 +172,12 @@ double *qw_extents(qw_env *env, const qw_trimesh *s, const qw_census *census)
 /* Whether a triangle is that much longer than high, or has no area. */
 static bool is_needle(const qw_trimesh *s, uint32_t f)
 {
-    double longest = 0;
-    for (uint32_t h = 3 * f; h < 3 * f + 3; h++) longest = fmax(longest, (double)qw_edge_length(s, h));
-    return !((double)qw_length(qw_face_cross(s, f)) * NEEDLE >= longest * longest);
+    double longest2 = 0;
+    for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
+        double length2 = (double)qw_length2(qw_edge_way(s, h));
+        if (length2 > longest2) longest2 = length2;
+    }
+    return !((double)qw_length(qw_face_cross(s, f)) * NEEDLE >= longest2);
 }
 
 typedef struct needle_task {

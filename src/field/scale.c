@@ -71,7 +71,9 @@ void qw_limit_gradation(qw_env *env, const qw_trimesh *mesh, float *size, float 
         if (mesh->twin[h] < h) continue;                  /* the edge was seen */
         uint32_t a = mesh->corner[h], b = mesh->corner[qw_next(h)], low = size[a] < size[b] ? a : b,
                  high = low == a ? b : a;
-        if (size[high] <= size[low] + slope * qw_distance(mesh->position[a], mesh->position[b])) continue;
+        float rise = size[high] - size[low], run2 = qw_length2(qw_sub(mesh->position[a], mesh->position[b]));
+        if (rise * rise < 0.999f * (slope * slope) * run2) continue; /* clearly, as most often: without a root */
+        if (size[high] <= size[low] + slope * sqrtf(run2)) continue;
         if (q.count == capacity) grow(env, &q, &capacity);
         push(&q, size[low], low);
     }

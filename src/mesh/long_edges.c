@@ -58,7 +58,7 @@ static void find_long(void *user, uint32_t block, uint32_t begin, uint32_t end)
     (void)block;
     const halving *t = user;
     for (uint32_t h = 3 * begin; h < 3 * end; h++)
-        t->middle[h] = leads(t->m, h) && qw_edge_length(t->m, h) > t->longest ? 0 : QW_NONE;
+        t->middle[h] = leads(t->m, h) && qw_length2(qw_edge_way(t->m, h)) > t->longest * t->longest ? 0 : QW_NONE;
 }
 
 /* Numbers and counts the middles, in the order of their half-edges. */

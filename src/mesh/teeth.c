@@ -112,9 +112,15 @@ uint32_t qw_smooth_teeth(qw_env *env, qw_trimesh *mesh, double edge, bool with_b
     qw_scope_begin(env);
     teeth t = {.mesh = mesh, .edge = (float)edge};
     uint32_t n = mesh->vertex_count;
-    t.ends = qw_find_curve_ends(env, mesh, with_boundary), t.normal = qw_vertex_normals(env, mesh);
-    t.outgoing = qw_trimesh_outgoing(env, mesh), t.role = QW_NEW_ZERO(env, uint8_t, n);
-    uint32_t count = find_teeth(&t);
+    t.ends = qw_find_curve_ends(env, mesh, with_boundary);
+    bool has_curves = false;
+    for (uint32_t v = 0; v < n && !has_curves; v++) has_curves = t.ends[v].count == 2;
+    uint32_t count = 0;
+    if (has_curves) {
+        t.normal = qw_vertex_normals(env, mesh), t.outgoing = qw_trimesh_outgoing(env, mesh);
+        t.role = QW_NEW_ZERO(env, uint8_t, n);
+        count = find_teeth(&t);
+    }
     if (count > 0) {
         t.position = memcpy(QW_NEW(env, qw_vec3, n), mesh->position, n * sizeof(qw_vec3));
         for (uint32_t v = 0; v < n; v++)

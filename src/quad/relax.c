@@ -755,7 +755,8 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     memcpy(r.position, quads->position, n * sizeof *r.position);
     collect_corners(env, &r);
     bool has_lines = target->direction && target->follow > 0;
-    const qw_bvh *near = has_lines ? qw_bvh_build(env, target->mesh) : NULL;
+    const qw_bvh *near = target->near;
+    if (has_lines && !near) near = qw_bvh_build(env, target->mesh);
     r.wanted = qw_areas_wanted_of(env, quads, &(qw_wanted){target->mesh, target->size, near});
     qw_fit_wanted_areas(env, quads, r.wanted);
     float *asked = QW_NEW(env, float, faces);

@@ -19,6 +19,7 @@
 typedef struct qw_relax_target {
     const qw_bvh *tree; /* of the surface; NULL: it is built */
     const qw_trimesh *mesh;
+    const qw_bvh *near; /* of `mesh`; NULL: it is built where it is needed */
     const float *size;
     float evenness;
     uint8_t *flipped, *turn;

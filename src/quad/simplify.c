@@ -33,6 +33,8 @@ enum {
 
 enum { MOVES = 1, CHAINS = 2 };
 enum { UNKNOWN = -1 };
+/* Added to the cost of an inner vertex of two edges. */
+enum { ALONE = 16 };
 /* Even at the least count a hundredth of the quads may go with doublets; without a bound, where each leaves another,
    the whole mesh would go. */
 enum { DOUBLETS = 100 };
@@ -127,7 +129,7 @@ static int32_t excess(const qw_quadmesh *m, const uint32_t *out, uint32_t v)
         }
         h = next;
     }
-    if (!open && n < 3) sum += 16;
+    if (!open && n < 3) sum += ALONE;
     return sum;
 }
 
@@ -171,6 +173,41 @@ static bool make(simplifier *s, qw_quad_move mv)
     return (mv.kind != QW_COLLAPSE || may_collapse(s, mv.half)) && qw_make_quad_move(&s->e, mv, s->curveless);
 }
 
+/* The quads around v where that is all that its cost depends on: it lies inside and on no curve. Else 0, and where they
+   are so many that counting them anew takes long. */
+static uint32_t quads_at_plain(const qw_quadmesh *m, const uint32_t *out, uint32_t v)
+{
+    uint32_t h = out[v], n = 0;
+    if (m->kind[v] == QW_VERTEX_CORNER) return 0;
+    do {
+        if (on_curve(m, h)) return 0;
+        h = qw_quad_around(m, h), n++;
+    } while (h != QW_NONE && h != out[v] && n <= QW_MAX_VALENCE);
+    return h == out[v] ? n : 0;
+}
+
+static int32_t cost_of_plain(uint32_t quads) { return cost_of((int32_t)quads - 4) + (quads < 3 ? ALONE : 0); }
+
+/* By how much the move would change the sum of costs, if it is legal: known without making it where all vertices that
+   get or lose quads are plain, as most often. v: of qw_changed_by_move. */
+static bool foresee(const simplifier *s, qw_quad_move mv, const uint32_t v[6], int32_t *change)
+{
+    uint32_t n[4], first = mv.kind == QW_ROTATE_BACK ? 2 : 1;
+    const uint32_t turned[4] = {v[0], v[3], v[first], v[first + 3]}, *at = mv.kind == QW_COLLAPSE ? v : turned;
+    for (int i = 0; i < 4; i++) {
+        n[i] = quads_at_plain(&s->e.mesh, s->e.out, at[i]);
+        if (n[i] == 0) return false;
+    }
+    *change = 0;
+    for (int i = 0; i < 4; i++) *change -= cost_of_plain(n[i]);
+    if (mv.kind == QW_COLLAPSE)
+        *change += cost_of_plain(n[0] + n[2] - 2) + cost_of_plain(n[1] - 1) + cost_of_plain(n[3] - 1);
+    else
+        *change += cost_of_plain(n[0] - 1) + cost_of_plain(n[1] - 1) + cost_of_plain(n[2] + 1) +
+                   cost_of_plain(n[3] + 1);
+    return v[0] != v[2] && v[1] != v[3];
+}
+
 /* Makes the move if it changes the sum of costs by less than `limit`, and returns whether it did. *change: by how
    much; changed, *count: the vertices whose costs may have changed. */
 static bool make_if(simplifier *s, qw_quad_move mv, int32_t limit, int32_t *change, uint32_t changed[6],
@@ -181,11 +218,12 @@ static bool make_if(simplifier *s, qw_quad_move mv, int32_t limit, int32_t *chan
     size_t writes = s->e.writes;
     int32_t before = 0, after = 0;
     *count = qw_changed_by_move(m, mv, changed);
+    if (*count == 0 || (foresee(s, mv, changed, change) && *change >= limit)) return false;
     /* of the hexagon of a rotation, the corners that the edge is at neither before nor after keep their costs */
     uint32_t kept = mv.kind == QW_ROTATE_ON ? 2 : mv.kind == QW_ROTATE_BACK ? 1 : 3;
     for (uint32_t i = 0; i < *count; i++)
         if (i % 3 != kept) before += cost_at(s, changed[i]);
-    if (*count == 0 || !make(s, mv)) return false;
+    if (!make(s, mv)) return false;
     for (uint32_t i = 0; i < *count; i++)
         if (mv.kind == QW_COLLAPSE ? i != 2 : i % 3 != kept) after += excess(m, s->e.out, changed[i]);
     *change = after - before;

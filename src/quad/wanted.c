@@ -41,6 +41,7 @@ static void look_up_block(void *user, uint32_t block, uint32_t begin, uint32_t e
 float *qw_areas_wanted_of(qw_env *env, const qw_quadmesh *quads, const qw_wanted *w)
 {
     float *wanted = QW_NEW(env, float, quads->face_count), least = INFINITY, most = 0;
+    assert(!w || !w->size || w->mesh);
     uint32_t n = w && w->size ? w->mesh->vertex_count : 0;
     for (uint32_t v = 0; v < n; v++) least = fminf(least, w->size[v]), most = fmaxf(most, w->size[v]);
     bool is_one = !(most > least * ONE_SIZE) || w->mesh->face_count == 0; /* as most often */
@@ -51,13 +52,6 @@ float *qw_areas_wanted_of(qw_env *env, const qw_quadmesh *quads, const qw_wanted
     qw_parallel(env, quads->face_count, GRAIN, look_up_block, &l);
     qw_scope_end(env);
     return wanted;
-}
-
-float *qw_wanted_areas(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *mesh, const float *size)
-{
-    assert(!size || mesh);
-    qw_wanted wanted = {mesh, size, NULL};
-    return qw_areas_wanted_of(env, quads, &wanted);
 }
 
 static float area_of(const qw_quadmesh *q, uint32_t f)
@@ -94,10 +88,9 @@ qw_widths qw_quad_widths(const qw_quadmesh *q, uint32_t f)
     return (qw_widths){{0.5f * qw_length(qw_sub(one, other)), 0.5f * qw_length(qw_add(one, other))}};
 }
 
-qw_size_fit qw_fit_of_sizes(qw_env *env, const qw_quadmesh *q, const qw_trimesh *mesh, const float *size)
+qw_size_fit qw_fit_of_sizes(qw_env *env, const qw_quadmesh *q, const qw_wanted *asked)
 {
-    assert(!size || mesh);
-    float *wanted = qw_wanted_areas(env, q, mesh, size);
+    float *wanted = qw_areas_wanted_of(env, q, asked);
     qw_fit_wanted_areas(env, q, wanted);
     double sum = 0, squares = 0, all = 0, in_long = 0;
     for (uint32_t f = 0; f < q->face_count; f++) {

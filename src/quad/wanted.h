@@ -10,15 +10,12 @@
 typedef struct qw_wanted {
     const qw_trimesh *mesh;
     const float *size;  /* float[mesh->vertex_count], or NULL: the same everywhere */
-    const qw_bvh *tree; /* of the mesh */
+    const qw_bvh *tree; /* of the mesh; NULL: it is built where it is needed */
 } qw_wanted;
 
-/* As qw_wanted_areas, for one of many meshes; wanted NULL: the same everywhere. */
+/* The wanted area of each quad but for a factor: float[quads->face_count], in the current scope. wanted NULL: the same
+   everywhere. */
 float *qw_areas_wanted_of(qw_env *env, const qw_quadmesh *quads, const qw_wanted *wanted);
-
-/* The wanted area of each quad but for a factor: float[quads->face_count], in the current scope. size: the wanted edge
-   length at each vertex of a surface near by, float[mesh->vertex_count], or NULL: the same everywhere. */
-float *qw_wanted_areas(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *mesh, const float *size);
 
 /* Multiplies the wanted areas of each component so that they add up to its area. */
 void qw_fit_wanted_areas(qw_env *env, const qw_quadmesh *quads, float *wanted);
@@ -35,6 +32,6 @@ qw_widths qw_quad_widths(const qw_quadmesh *quads, uint32_t f);
 typedef struct qw_size_fit {
     double deviation, long_share;
 } qw_size_fit;
-qw_size_fit qw_fit_of_sizes(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *mesh, const float *size);
+qw_size_fit qw_fit_of_sizes(qw_env *env, const qw_quadmesh *quads, const qw_wanted *wanted);
 
 #endif

@@ -31,6 +31,7 @@ qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, const ui
     qw_trimesh surface = qw_parted_surface(run), working = qw_parted_working(run);
     qw_relax_target target = {.tree = run->tree,
                               .mesh = &working,
+                              .near = run->working_tree,
                               .size = run->size,
                               .evenness = (float)run->options.evenness,
                               .flipped = *flipped,
@@ -137,7 +138,7 @@ static qw_wanted wanted_of(const qw_run_state *run)
     const uint32_t *tip = qw_tips_of_vertices(run->env, working, &run->tips);
     for (uint32_t v = 0; v < working->vertex_count; v++)
         size[v] = run->size[v] * (tip[v] == QW_NONE ? 1 : NONE_TO_SPARE);
-    return (qw_wanted){working, size, qw_bvh_build(run->env, working)};
+    return (qw_wanted){working, size, run->working_tree ? run->working_tree : qw_bvh_build(run->env, working)};
 }
 
 /* wanted: NULL: the same everywhere. *chords: quads that whole rows had. */

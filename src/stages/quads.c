@@ -87,8 +87,10 @@ void qw_stage_RELAX(qw_run_state *run)
     qw_report *r = run->report;
     r->count_chords_removed = r->count_quads_removed = r->count_added = r->count_rounds = 0;
     qw_quadmesh quads = run->options.repair ? qw_fit_count(run, &run->simplified) : run->simplified;
-    run->grown = 0, run->lacking = 0, run->relaxed_covers = 0;
+    run->grown = 0, run->lacking = 0, run->relaxed_covers = 0, run->working_tree = NULL;
     if (run->options.relax) {
+        qw_trimesh working = qw_parted_working(run);
+        run->working_tree = qw_bvh_build(run->env, &working);
         run->relaxed = qw_relax(run, &quads, NULL, &run->flipped);
         if (run->options.repair && !run->is_crowded)
             run->grown = qw_grow_protrusions(run, &run->relaxed, &run->flipped, false);
