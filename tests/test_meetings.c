@@ -417,7 +417,7 @@ static outcomes attempt_all(qw_env *env, const whole *s, size_t lane_bytes)
     for (qw_candidates found = {0}; o.count < 6; o.count++) {
         qw_outlook outlook = {&now.layout, now.length, 20, false};
         qw_attempts_find(env, a, &outlook, &found);
-        const qw_candidate **list = QW_NEW(env, const qw_candidate *, found.count);
+        qw_candidate **list = QW_NEW(env, qw_candidate *, found.count);
         for (size_t i = 0; i < found.count; i++) list[i] = &found.found[i];
         assert_true(found.count > 0);
         o.kept[o.count] = qw_attempts_make(env, a, list, (uint32_t)found.count, &now);
