@@ -103,7 +103,7 @@ static void rows_go_where_they_are_too_narrow(void **state)
         *p = qw_v3(4 + 12 * p->x, 4 * p->y, 0);
         size[v] = p->x < 8 ? 0.25f : 1;
     }
-    qw_wanted wanted = {&plate, size, NULL};
+    qw_wanted wanted = {&plate, size, NULL, NULL};
     qw_quadmesh fewer[2] = {qw_remove_chords(env, &q, NULL, 60, 60), qw_remove_chords(env, &q, &wanted, 60, 60)};
     for (int i = 0; i < 2; i++) {
         uint32_t wide = 0;

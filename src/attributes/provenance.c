@@ -71,6 +71,16 @@ static void find_vertex(search *s, uint32_t v, uint32_t hint)
     s->distance2[v] = hit.face == QW_NONE ? INFINITY : hit.distance2;
 }
 
+/* What a quad before f, but not before `begin`, has found at the vertex of f's corner h; QW_NONE: nothing. */
+static uint32_t found_before(const search *s, uint32_t begin, uint32_t f, uint32_t h)
+{
+    const qw_quadmesh *q = s->quads;
+    uint32_t out = q->twin[h], in = q->twin[qw_quad_prev(h)];
+    if (in != QW_NONE && in / 4 >= begin && in / 4 < f) return s->origins.corner[in].triangle;
+    if (out != QW_NONE && out / 4 >= begin && out / 4 < f) return s->origins.corner[qw_quad_next(out)].triangle;
+    return QW_NONE;
+}
+
 /* The corners of each quad, and the vertices that are at home in it. */
 static void find_quads(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
@@ -80,7 +90,11 @@ static void find_quads(void *user, uint32_t block, uint32_t begin, uint32_t end)
         qw_bvh_query query = qw_query_of_quad(s->source, &s->origins, f);
         qw_vec3 middle = qw_quad_middle(s->quads->position, s->quads->corner + 4 * (size_t)f);
         query.normal = qw_quad_normal(s->quads, f);
-        for (uint32_t h = 4 * f; h < 4 * f + 4; h++) find_corner(s, h, &query, middle);
+        for (uint32_t h = 4 * f; h < 4 * f + 4; h++) {
+            uint32_t found = found_before(s, begin, f, h);
+            if (found != QW_NONE) query.hint = found;
+            find_corner(s, h, &query, middle);
+        }
         for (uint32_t h = 4 * f; h < 4 * f + 4; h++)
             if (s->home[s->quads->corner[h]] == f) find_vertex(s, s->quads->corner[h], s->origins.corner[h].triangle);
     }

@@ -352,18 +352,37 @@ qw_bvh *qw_bvh_build(qw_env *env, const qw_trimesh *mesh)
     return bvh;
 }
 
+/* A query as the nodes and the discs are asked. */
+typedef struct aim {
+    qw_lanes point;
+    bool has_normal, has_part; /* whether normals, or components, are asked for */
+    uint8_t side[3];           /* the bounds of normals that lie farthest along the normal */
+    float least;               /* along it, rounding allowed for */
+    float slack;               /* by how much rounding puts centres of discs elsewhere, at most */
+} aim;
+
+static aim aim_of(const qw_bvh *bvh, const qw_bvh_query *q)
+{
+    aim a = {.point = lanes_of(q->point), .has_part = bvh->part && q->label == bvh->component};
+    a.has_normal = q->least_dot > -1 && (q->normal.x != 0 || q->normal.y != 0 || q->normal.z != 0);
+    a.side[0] = q->normal.x < 0 ? 0 : 3, a.side[1] = q->normal.y < 0 ? 1 : 4, a.side[2] = q->normal.z < 0 ? 2 : 5;
+    a.least = STEEPEST * (q->least_dot - 1e-4f);
+    a.slack = sqrtf(bvh->tree.slack2);
+    return a;
+}
+
 /* Rejects cheaply what lies too far above its plane or, within the plane, too far from the disc around it. */
-static inline void try_disc(const qw_bvh *bvh, uint32_t i, const qw_bvh_query *q, bool test_normal, qw_hit *best)
+static inline void try_disc(const qw_bvh *bvh, uint32_t i, const qw_bvh_query *q, const aim *a, qw_hit *best)
 {
     const disc *t = &bvh->discs[i];
-    if (test_normal && qw_dot(t->normal, q->normal) < q->least_dot) return;
+    if (a->has_normal && qw_dot(t->normal, q->normal) < q->least_dot) return;
     if (q->label && q->label[t->face] != q->wanted) return;
     qw_vec3 d = qw_sub(q->point, t->centre);
-    float slack2 = bvh->tree.slack2, height = qw_dot(d, t->normal),
-          room2 = best->distance2 * 1.00001f + slack2 - height * height * 0.99999f;
+    float height = qw_dot(d, t->normal), least = qw_max_of(fabsf(height) - a->slack, 0),
+          room2 = best->distance2 * 1.00001f + bvh->tree.slack2 - least * least * 0.99999f;
     if (room2 < 0) return;
-    float room = t->radius + sqrtf(room2);
-    if (qw_length2(d) - height * height > room * room * 1.00001f + slack2) return;
+    float room = t->radius + sqrtf(room2) + a->slack;
+    if (qw_length2(d) - height * height > room * room * 1.00001f + bvh->tree.slack2) return;
     triangle whole = triangle_of(bvh, t->face);
     nearest_on(&whole, q->point, best);
 }
@@ -414,23 +433,6 @@ static bool is_inside(const qw_box_tree *t, const qw_bvh_pocket *pocket, qw_vec3
     return room > 0 && qw_length2(qw_sub(point, pocket->centre)) * 1.00001f < room * room;
 }
 
-/* A query as the nodes are asked. */
-typedef struct aim {
-    qw_lanes point;
-    bool has_normal, has_part; /* whether normals, or components, are asked for */
-    uint8_t side[3];           /* the bounds of normals that lie farthest along the normal */
-    float least;               /* along it, rounding allowed for */
-} aim;
-
-static aim aim_of(const qw_bvh *bvh, const qw_bvh_query *q)
-{
-    aim a = {.point = lanes_of(q->point), .has_part = bvh->part && q->label == bvh->component};
-    a.has_normal = q->least_dot > -1 && (q->normal.x != 0 || q->normal.y != 0 || q->normal.z != 0);
-    a.side[0] = q->normal.x < 0 ? 0 : 3, a.side[1] = q->normal.y < 0 ? 1 : 4, a.side[2] = q->normal.z < 0 ? 2 : 5;
-    a.least = STEEPEST * (q->least_dot - 1e-4f);
-    return a;
-}
-
 /* The squared distance to the box of a node, or beyond all where that is more than `limit`, no normal in it agrees, or
    no face is of the component that is wanted. */
 static inline float key_of(const qw_bvh *bvh, uint32_t node, const qw_bvh_query *q, const aim *a, float limit)
@@ -452,10 +454,10 @@ qw_hit qw_bvh_find(const qw_bvh *bvh, const qw_bvh_query *q, const qw_bvh_pocket
     qw_hit best = {.face = QW_NONE, .distance2 = q->max_distance * q->max_distance};
     if (t->count == 0) return best;
     const aim a = aim_of(bvh, q);
-    if (q->hint < t->count) try_disc(bvh, bvh->place[q->hint], q, a.has_normal, &best);
+    if (q->hint < t->count) try_disc(bvh, bvh->place[q->hint], q, &a, &best);
     if (best.distance2 < q->enough2) return best;
     if (pocket && pocket->radius > 0) {
-        for (uint32_t i = 0; i < pocket->count; i++) try_disc(bvh, pocket->place[i], q, a.has_normal, &best);
+        for (uint32_t i = 0; i < pocket->count; i++) try_disc(bvh, pocket->place[i], q, &a, &best);
         if (is_inside(t, pocket, q->point, best.distance2)) return best;
     }
     pending todo;
@@ -464,7 +466,7 @@ qw_hit qw_bvh_find(const qw_bvh *bvh, const qw_bvh_query *q, const qw_bvh_pocket
     while (at != QW_NONE) {
         const qw_box_node *n = &t->nodes[at];
         if (n->count > 0) {
-            for (uint32_t i = n->first; i < n->first + n->count; i++) try_disc(bvh, i, q, a.has_normal, &best);
+            for (uint32_t i = n->first; i < n->first + n->count; i++) try_disc(bvh, i, q, &a, &best);
             best.looked += n->count;
             at = best.distance2 < q->enough2 ? QW_NONE : pop(&todo, reach(t, best.distance2));
             continue;

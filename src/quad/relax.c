@@ -757,7 +757,8 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     bool has_lines = target->direction && target->follow > 0;
     const qw_bvh *near = target->near;
     if (has_lines && !near) near = qw_bvh_build(env, target->mesh);
-    r.wanted = qw_areas_wanted_of(env, quads, &(qw_wanted){target->mesh, target->size, near});
+    uint32_t *found = QW_NEW(env, uint32_t, faces);
+    r.wanted = qw_areas_wanted_of(env, quads, &(qw_wanted){target->mesh, target->size, near, found});
     qw_fit_wanted_areas(env, quads, r.wanted);
     float *asked = QW_NEW(env, float, faces);
     memcpy(asked, r.wanted, faces * sizeof *asked);
@@ -766,6 +767,7 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     if (has_lines)
         r.lines = qw_begin_relax_lines(env, quads, target->mesh, near, target->direction, LINES * target->follow,
                                        shares_of(env, &r, asked));
+    r.lines.near = found;
     descend(env, &r);
     if (land(&r)) descend(env, &r);
     qw_quadmesh now = *quads;

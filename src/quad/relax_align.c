@@ -46,7 +46,7 @@ static void look_up_block(void *user, uint32_t block, uint32_t begin, uint32_t e
         const uint32_t *c = l->quads->corner + 4 * (size_t)f;
         l->along[f] = l->across[f] = qw_v3(0, 0, 0);
         qw_vec3 middle = qw_quad_middle(p, c), n = qw_normalize(qw_quad_cross(p, c));
-        qw_hit hit = find_place(l, f, middle, n, hint);
+        qw_hit hit = find_place(l, f, middle, n, l->near && l->near[f] != QW_NONE ? l->near[f] : hint);
         if (hit.face == QW_NONE || qw_length2(n) < 0.5f) continue;
         l->place[f] = hint = hit.face;
         qw_vec3 u = qw_sub(qw_add(p[c[1]], p[c[2]]), qw_add(p[c[0]], p[c[3]])), sum = {0, 0, 0};

@@ -26,7 +26,8 @@ typedef struct qw_relax_lines {
     const uint32_t *outgoing; /* of mesh */
     qw_vec3 *along, *across;  /* qw_vec3[quads->face_count] */
     const float *share;       /* float[quads->face_count], 0 to 1, of the strength */
-    uint32_t *place;          /* uint32_t[quads->face_count], triangle of mesh where the quad was last found */
+    const uint32_t *near; /* uint32_t[quads->face_count]: a triangle of mesh near each quad, or QW_NONE; NULL: none */
+    uint32_t *place;      /* uint32_t[quads->face_count], triangle of mesh where the quad was last found */
 } qw_relax_lines;
 
 /* mesh: a surface near the quads, which is linked; tree: of it. In the current scope; without lines until they are

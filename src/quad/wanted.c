@@ -16,6 +16,7 @@ typedef struct lookup {
     const float *size;
     const qw_bvh *tree;
     float *wanted;
+    uint32_t *found; /* NULL: not asked for */
 } lookup;
 
 static void look_up_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -32,6 +33,7 @@ static void look_up_block(void *user, uint32_t block, uint32_t begin, uint32_t e
             hit = qw_bvh_nearest_of(l->tree, part, center, qw_v3(0, 0, 0), -1, (float)QW_ANYWHERE, hint);
         if (hit.face == QW_NONE) continue;
         hint = hit.face;
+        if (l->found) l->found[f] = hit.face;
         float size = 0;
         for (uint32_t i = 0; i < 3; i++) size += hit.weight[i] * l->size[l->mesh->corner[3 * hit.face + i]];
         l->wanted[f] = size * size;
@@ -46,9 +48,10 @@ float *qw_areas_wanted_of(qw_env *env, const qw_quadmesh *quads, const qw_wanted
     for (uint32_t v = 0; v < n; v++) least = fminf(least, w->size[v]), most = fmaxf(most, w->size[v]);
     bool is_one = !(most > least * ONE_SIZE) || w->mesh->face_count == 0; /* as most often */
     for (uint32_t f = 0; f < quads->face_count; f++) wanted[f] = is_one ? 1 : most * most;
+    for (uint32_t f = 0; w && w->found && f < quads->face_count; f++) w->found[f] = QW_NONE;
     if (is_one) return wanted;
     qw_scope_begin(env);
-    lookup l = {quads, w->mesh, w->size, w->tree ? w->tree : qw_bvh_build(env, w->mesh), wanted};
+    lookup l = {quads, w->mesh, w->size, w->tree ? w->tree : qw_bvh_build(env, w->mesh), wanted, w->found};
     qw_parallel(env, quads->face_count, GRAIN, look_up_block, &l);
     qw_scope_end(env);
     return wanted;

@@ -11,6 +11,8 @@ typedef struct qw_wanted {
     const qw_trimesh *mesh;
     const float *size;  /* float[mesh->vertex_count], or NULL: the same everywhere */
     const qw_bvh *tree; /* of the mesh; NULL: it is built where it is needed */
+    uint32_t
+        *found; /* uint32_t[quads], NULL or set: the triangle nearest to each quad, QW_NONE where none was asked for */
 } qw_wanted;
 
 /* The wanted area of each quad but for a factor: float[quads->face_count], in the current scope. wanted NULL: the same

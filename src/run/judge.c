@@ -113,7 +113,7 @@ static double count_misshapen(const qw_run_state *run, const qw_quadmesh *quads)
     double wanted = qw_faces_with_reserve(run);
     if (!qw_is_near_count(wanted, quads->face_count, qw_times_used(run))) return wanted;
     qw_trimesh working = qw_parted_working(run);
-    qw_size_fit sizes = qw_fit_of_sizes(run->env, quads, &(qw_wanted){&working, run->size, run->working_tree});
+    qw_size_fit sizes = qw_fit_of_sizes(run->env, quads, &(qw_wanted){&working, run->size, run->working_tree, NULL});
     return sizes.long_share * quads->face_count + RINGS * qw_count_lost_parts(run, quads);
 }
 

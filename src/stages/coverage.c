@@ -138,7 +138,7 @@ static qw_wanted wanted_of(const qw_run_state *run)
     const uint32_t *tip = qw_tips_of_vertices(run->env, working, &run->tips);
     for (uint32_t v = 0; v < working->vertex_count; v++)
         size[v] = run->size[v] * (tip[v] == QW_NONE ? 1 : NONE_TO_SPARE);
-    return (qw_wanted){working, size, run->working_tree ? run->working_tree : qw_bvh_build(run->env, working)};
+    return (qw_wanted){working, size, run->working_tree ? run->working_tree : qw_bvh_build(run->env, working), NULL};
 }
 
 /* wanted: NULL: the same everywhere. *chords: quads that whole rows had. */

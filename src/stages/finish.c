@@ -107,7 +107,7 @@ void qw_stage_FINISH(qw_run_state *run)
     run->fitted = f.quads;
     run->report->count_finished = (int64_t)f.quads.face_count - run->relaxed.face_count;
     qw_trimesh working = qw_parted_working(run);
-    qw_size_fit sizes = qw_fit_of_sizes(run->env, &f.quads, &(qw_wanted){&working, run->size, run->working_tree});
+    qw_size_fit sizes = qw_fit_of_sizes(run->env, &f.quads, &(qw_wanted){&working, run->size, run->working_tree, NULL});
     run->report->size_cv = sizes.deviation, run->report->long_share = sizes.long_share;
     qw_report_lost_edges(run, &f.quads);
 }
