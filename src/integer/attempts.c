@@ -116,7 +116,7 @@ static bool close_layout(qw_env *env, qw_complex *c, double most)
 /* Makes the two lines of k meet in m, which is as `now` first. It is kept where what is saved is worth the energy that
    it costs: the length that all lines together have lost or, where the search accepts_by_estimate, what these two may
    save. */
-static bool attempt(qw_env *env, const qw_meeting_terms *terms, const qw_candidate *k, const qw_measured_layout *now,
+static bool attempt(qw_env *env, const qw_meeting_terms *terms, qw_candidate *k, const qw_measured_layout *now,
                     qw_measured_layout *m)
 {
     copy_measured(env, now, m);
@@ -126,8 +126,8 @@ static bool attempt(qw_env *env, const qw_meeting_terms *terms, const qw_candida
     double had = qw_complex_area(&now->layout.complex),
            room = terms->accepts_by_estimate ? TRUSTED_AREA * terms->first_area
                                              : qw_area_beyond(terms->least_area, terms->most_area, had);
-    if (qw_area_beyond(terms->least_area, terms->most_area, qw_complex_area(c)) > room || !qw_measure_energy(terms, m))
-        return false;
+    k->misses_count = qw_area_beyond(terms->least_area, terms->most_area, qw_complex_area(c)) > room;
+    if (k->misses_count || !qw_measure_energy(terms, m)) return false;
     double cost = terms->worth * (m->energy - now->energy);
     bool pays = terms->accepts_by_estimate ? k->gain > cost : qw_measure_lines(terms, m, now->lines - cost);
     if (!pays || qw_count_touching(env, terms->component, m->source.d) > terms->touching) return false;
@@ -155,7 +155,7 @@ struct qw_attempts {
     worker own, *worker; /* own: in the memory of the run; worker[lane_count] */
     /* the work at hand */
     const qw_outlook *outlook;
-    const qw_candidate *const *candidate;
+    qw_candidate *const *candidate;
     uint32_t count;
     qw_shared next;       /* index of the first candidate that no lane has begun with */
     qw_shared first_kept; /* index of the first known that can be kept, or the count */
@@ -281,7 +281,7 @@ static void attempt_one_by_one(qw_env *env, qw_attempts *a)
     qw_shared_set(&a->first_kept, b->kept);
 }
 
-uint32_t qw_attempts_make(qw_env *env, qw_attempts *a, const qw_candidate *const *candidate, uint32_t count,
+uint32_t qw_attempts_make(qw_env *env, qw_attempts *a, qw_candidate *const *candidate, uint32_t count,
                           qw_measured_layout *now)
 {
     assert(candidate || count == 0);

@@ -57,8 +57,8 @@ void qw_attempts_end(qw_attempts *a);
 /* All candidates that are seen so far off, the most promising first. */
 void qw_attempts_find(qw_env *env, qw_attempts *a, const qw_outlook *outlook, qw_candidates *found);
 /* Makes attempts at these candidates, from `now`, until one can be kept, whose layout takes the place of `now`. Returns
-   its index, or count. */
-uint32_t qw_attempts_make(qw_env *env, qw_attempts *a, const qw_candidate *const *candidate, uint32_t count,
+   its index, or count. Those before it have their misses_count set. */
+uint32_t qw_attempts_make(qw_env *env, qw_attempts *a, qw_candidate *const *candidate, uint32_t count,
                           qw_measured_layout *now);
 
 #endif

@@ -140,6 +140,7 @@ static const double SAME_PLACE = 1e-3; /* quads; flips leave places as they are,
 
 bool qw_is_same_candidate(const qw_candidate *a, const qw_candidate *b)
 {
-    return a->from == b->from && a->segment.end == b->segment.end && fabs(a->ahead - b->ahead) < SAME_PLACE &&
-           fabs(a->aside - b->aside) < SAME_PLACE;
+    bool from_one = a->from == b->from && a->segment.end == b->segment.end,
+         from_both = a->from == b->segment.end && a->segment.end == b->from;
+    return (from_one || from_both) && fabs(a->ahead - b->ahead) < SAME_PLACE && fabs(a->aside - b->aside) < SAME_PLACE;
 }

@@ -70,13 +70,15 @@ static void consider(qw_env *env, search *s)
 /* Attempts the candidates found whose keys are between these, until one is kept; returns false where none is. */
 static bool keep_one_of(qw_env *env, search *s, double least, double most, uint32_t *tried, uint32_t most_tried)
 {
-    const qw_candidate *some[AT_A_TIME];
+    qw_candidate *some[AT_A_TIME];
     for (size_t i = 0; i < s->found.count && s->found.found[i].key >= least && *tried < most_tried;) {
         uint32_t n = 0;
         for (; i < s->found.count && n < AT_A_TIME && *tried + n < most_tried; i++) {
-            const qw_candidate *k = &s->found.found[i];
+            qw_candidate *k = &s->found.found[i];
             if (k->key < least) break;
-            if (k->key < most && !has_failed(s, k)) some[n++] = k;
+            bool is_known = k->key >= most || has_failed(s, k);
+            for (uint32_t j = 0; j < n && !is_known; j++) is_known = qw_is_same_candidate(some[j], k);
+            if (!is_known) some[n++] = k;
         }
         uint32_t kept = qw_attempts_make(env, s->attempts, some, n, &s->now);
         *tried += kept < n ? kept + 1 : n;
@@ -124,13 +126,23 @@ static void look_around(qw_env *env, search *s)
     s->now.energy = energy;
 }
 
+/* What has only missed the count may be made once others have met. */
+static void forget_misses(qw_candidates *failed)
+{
+    size_t kept = 0;
+    for (size_t i = 0; i < failed->count; i++)
+        if (!failed->found[i].misses_count) failed->found[kept++] = failed->found[i];
+    failed->count = kept;
+}
+
 /* Makes lines meet until none more can be made to. */
 static void make_all(qw_env *env, search *s, qw_meeting_counts *counts, double share)
 {
-    s->left = WORK * share;
+    s->left = WORK * share, s->failed.count = 0;
     uint32_t vain = 0; /* attempts since the last one kept */
     for (uint32_t kept_before = QW_NONE; kept_before != counts->kept;) {
-        kept_before = counts->kept, s->failed.count = 0; /* what failed may succeed since others have met */
+        kept_before = counts->kept;
+        forget_misses(&s->failed);
         for (bool kept = true; kept;) {
             double faces = fmax(s->now.layout.complex.face_count, 1);
             if ((s->left -= SEARCH * faces) < faces) break;
