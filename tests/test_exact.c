@@ -302,7 +302,7 @@ static void low_quads_are_mended(void **state)
     static const struct {
         int fineness;
         int64_t faces, left;
-    } trials[] = {{3, 100, 0}, {2, 100, 0}, {2, 110, 0}};
+    } trials[] = {{3, 80, 0}, {3, 100, 0}, {3, 140, 0}, {2, 150, 0}};
     for (size_t i = 0; i < sizeof trials / sizeof *trials; i++) {
         shape s = shape_hand(trials[i].fineness);
         qw_mesh_view view = shape_view(&s);

@@ -161,7 +161,7 @@ static void fewest_quads_are_said(void **state)
 static void room_for_horns_leaves_no_long_quads(void **state)
 {
     (void)state;
-    enum { COUNTS = 10 };
+    enum { COUNTS = 16 };
     shape ball = horned(6, 0.3, 1.5);
     double long_share = 0;
     int64_t grown = 0, attempts = 0;
