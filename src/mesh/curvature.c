@@ -158,6 +158,24 @@ static uint32_t bucket_of(const piece_grid *g, cell c)
 /* Equal for no two cells of the 3 x 3 x 3 around one. */
 static uint32_t told_cell(cell c) { return (uint32_t)((c.x & 3) | (c.y & 3) << 2 | (c.z & 3) << 4); }
 
+typedef struct bucket_task {
+    const piece_grid *grid;
+    piece *piece;
+    float radius;
+    uint32_t *bucket; /* written, as the pieces' cells are */
+} bucket_task;
+
+static void bucket_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const bucket_task *t = user;
+    for (uint32_t i = begin; i < end; i++) {
+        cell own = cell_of(t->piece[i].point, t->radius);
+        t->piece[i].cell = told_cell(own);
+        t->bucket[i] = bucket_of(t->grid, own);
+    }
+}
+
 /* Stable counting sort, so that sums over a bucket have one order. There are as many buckets as pieces, as every ball
    looks into 27. */
 static piece_grid group_pieces(qw_env *env, piece *pieces, uint32_t count, float radius)
@@ -167,12 +185,9 @@ static piece_grid group_pieces(qw_env *env, piece *pieces, uint32_t count, float
     g.begin = QW_NEW_ZERO(env, uint32_t, (size_t)g.mask + 2);
     g.piece = QW_NEW(env, piece, count);
     uint32_t *bucket = QW_NEW(env, uint32_t, count);
-    for (uint32_t i = 0; i < count; i++) {
-        cell own = cell_of(pieces[i].point, radius);
-        pieces[i].cell = told_cell(own);
-        bucket[i] = bucket_of(&g, own);
-        g.begin[bucket[i] + 1]++;
-    }
+    bucket_task t = {&g, pieces, radius, bucket};
+    qw_parallel(env, count, QW_GRAIN_LIGHT, bucket_block, &t);
+    for (uint32_t i = 0; i < count; i++) g.begin[bucket[i] + 1]++;
     for (uint32_t b = 0; b <= g.mask; b++) g.begin[b + 1] += g.begin[b];
     for (uint32_t i = 0; i < count; i++) g.piece[g.begin[bucket[i]]++] = pieces[i];
     for (uint32_t b = g.mask + 1; b > 0; b--) g.begin[b] = g.begin[b - 1];
