@@ -150,13 +150,15 @@ static cell cell_of(qw_vec3 p, float radius)
     return (cell){coordinate_of(p.x, radius), coordinate_of(p.y, radius), coordinate_of(p.z, radius)};
 }
 
-static uint32_t bucket_of(const piece_grid *g, cell c)
-{
-    return (uint32_t)qw_mix(c.z << 2 * CELL_BITS | c.y << CELL_BITS | c.x) & g->mask;
-}
-
 /* Equal for no two cells of the 3 x 3 x 3 around one. */
 static uint32_t told_cell(cell c) { return (uint32_t)((c.x & 3) | (c.y & 3) << 2 | (c.z & 3) << 4); }
+
+/* Cells of a block of 4 x 4 x 4 lie side by side in memory, as balls after one another ask for the same. */
+static uint32_t bucket_of(const piece_grid *g, cell c)
+{
+    uint64_t block = (c.z >> 2) << 2 * CELL_BITS | (c.y >> 2) << CELL_BITS | c.x >> 2;
+    return ((uint32_t)qw_mix(block) << 6 | told_cell(c)) & g->mask;
+}
 
 typedef struct bucket_task {
     const piece_grid *grid;
