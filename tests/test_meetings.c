@@ -433,6 +433,21 @@ static outcomes attempt_all(qw_env *env, const whole *s, size_t lane_bytes)
 
 /* However many lanes there are, and where their memory runs out at once, in their first attempt or later, what is kept
    is the same. */
+/* Seen from one cone or from the other, in the same place, they are the same two lines. */
+static void candidates_are_seen_from_both_ends(void **state)
+{
+    (void)state;
+    qw_candidate a = {.segment.end = 7, .from = 3, .ahead = 12, .aside = -1.5}, b = a;
+    b.segment.end = 3, b.from = 7;
+    assert_true(qw_is_same_candidate(&a, &a) && qw_is_same_candidate(&a, &b) && qw_is_same_candidate(&b, &a));
+    b.aside = 1.5;
+    assert_false(qw_is_same_candidate(&a, &b));
+    b.aside = a.aside, b.ahead = 12.01;
+    assert_false(qw_is_same_candidate(&a, &b));
+    b.ahead = a.ahead, b.from = 3;
+    assert_false(qw_is_same_candidate(&a, &b));
+}
+
 static void lanes_agree(void **state)
 {
     (void)state;
@@ -456,11 +471,16 @@ static void lanes_agree(void **state)
 
 QW_TEST_SUITE(meetings)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(layouts_go_back),          cmocka_unit_test(lines_of_a_box),
-        cmocka_unit_test(crushed_quads_cost_more),  cmocka_unit_test(segments_become_edges),
-        cmocka_unit_test(offsets_are_closed_again), cmocka_unit_test(nearest_are_visited),
-        cmocka_unit_test(lines_get_shorter),        cmocka_unit_test(no_area_no_meetings),
-        cmocka_unit_test(areas_out_of_reach),       cmocka_unit_test(lanes_agree)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(layouts_go_back),
+                                       cmocka_unit_test(lines_of_a_box),
+                                       cmocka_unit_test(crushed_quads_cost_more),
+                                       cmocka_unit_test(segments_become_edges),
+                                       cmocka_unit_test(offsets_are_closed_again),
+                                       cmocka_unit_test(nearest_are_visited),
+                                       cmocka_unit_test(lines_get_shorter),
+                                       cmocka_unit_test(no_area_no_meetings),
+                                       cmocka_unit_test(areas_out_of_reach),
+                                       cmocka_unit_test(lanes_agree),
+                                       cmocka_unit_test(candidates_are_seen_from_both_ends)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

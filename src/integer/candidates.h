@@ -33,7 +33,7 @@ extern const double QW_FARTHEST_CONE;
 void qw_add_candidates(qw_env *env, const qw_outlook *outlook, uint32_t begin, uint32_t end, qw_candidates *to);
 /* The most promising first; in the same order however they were found. */
 void qw_sort_candidates(qw_candidates *c);
-/* The same two cones, the one seen from the other in the same place. */
+/* The same two cones, either seen from the other in the same place. */
 bool qw_is_same_candidate(const qw_candidate *a, const qw_candidate *b);
 
 #endif
