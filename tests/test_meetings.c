@@ -431,8 +431,6 @@ static outcomes attempt_all(qw_env *env, const whole *s, size_t lane_bytes)
     return o;
 }
 
-/* However many lanes there are, and where their memory runs out at once, in their first attempt or later, what is kept
-   is the same. */
 /* Seen from one cone or from the other, in the same place, they are the same two lines. */
 static void candidates_are_seen_from_both_ends(void **state)
 {
@@ -448,6 +446,8 @@ static void candidates_are_seen_from_both_ends(void **state)
     assert_false(qw_is_same_candidate(&a, &b));
 }
 
+/* However many lanes there are, and where their memory runs out at once, in their first attempt or later, what is kept
+   is the same. */
 static void lanes_agree(void **state)
 {
     (void)state;
