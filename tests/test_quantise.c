@@ -228,6 +228,35 @@ static void quantises_to_the_count(void **state)
     qw_env_destroy(env);
 }
 
+/* The layout is the same wherever vertices start from, also where the right-hand side is nearly all that of a few
+   edges: of stiff ones here, of long ones on a surface of millions of quads. */
+static void lays_out_from_afar(void **state)
+{
+    (void)state;
+    enum { FAR = 40 };
+    qw_env *env = qw_env_create(NULL, 2);
+    qw_offset_mesh m = unit_solve(env, unit_sphere(env, 4), 0.2f, true).offsets;
+    qw_quantise(env, &m, &(qw_quantise_wish){.quads = 700, .times = 1});
+    qw_flatten_counts near, far;
+    float *stiffness = stiffness_of(env, &m);
+    stiffness[0] = 1e4f;
+    qw_flatten(env, &m, 0, stiffness, &near);
+    uint32_t *out = qw_offset_outgoing(env, &m);
+    uint64_t random = 3;
+    qw_star star = {0};
+    for (uint32_t v = 0; v < m.vertex_count; v++) {
+        qw_star_at(env, &m, out[v], &star);
+        random_step(&random);
+        qw_int2 step = {(int32_t)(random >> 32) % FAR, (int32_t)(random >> 40) % FAR};
+        if (star.movable && m.constraint[v] == QW_VERTEX_FREE) qw_star_move(&m, &star, step);
+    }
+    qw_flatten(env, &m, 0, stiffness, &far);
+    qw_offset_counts after = qw_offset_count(&m);
+    assert_true(after.irregular_triangles == 0 && after.inverted_triangles <= m.face_count / 100);
+    assert_true(far.energy < near.energy + 0.002);
+    qw_env_destroy(env);
+}
+
 /* A cube with cones at its corners is a box of a x b x c quads: no box of like sides has a count much nearer to the one
  * asked for. */
 static void cubes_are_boxes(void **state)
@@ -380,6 +409,7 @@ QW_TEST_SUITE(quantise)
         cmocka_unit_test(sizes_give_way_to_directions),
         cmocka_unit_test(decimated_complex_stands_for_the_surface),
         cmocka_unit_test(quantises_to_the_count),
+        cmocka_unit_test(lays_out_from_afar),
         cmocka_unit_test(cubes_are_boxes),
         cmocka_unit_test(acute_corners_are_let_go),
         cmocka_unit_test(narrow_bands_are_stretched),

@@ -18,6 +18,9 @@ static const double TOLERANCE = 1e-3;
    band, its area less than COMPACT times the square of its length, the tolerance falls by the square of that share.
    (Meshes have 0.17, a sword, to 10; bands 50 and 200 times as long as wide 0.02 and 0.005.) */
 static const double COMPACT = 0.1, LEAST_TOLERANCE = 1e-7;
+/* Energy an unknown by which the last iteration may have lowered the whole; more is left where quads are many, as the
+   residual is a share of a right-hand side that grows faster than their number. */
+static const double MOST_FALL = 0.01;
 
 typedef struct layout {
     const qw_offset_mesh *m;
@@ -186,10 +189,11 @@ static void solve(qw_env *env, layout *l, qw_flatten_counts *counts)
     qw_multigrid *grids = qw_multigrid_build(env, &matrix);
     qw_cg_result result = qw_multigrid_solve_with(env, grids, l->right, l->u, TOLERANCE, MAX_ITERATIONS);
     counts->iterations += result.iterations;
-    double share = compactness(l) / COMPACT;
-    if (share < 1) {
-        result = qw_multigrid_solve_with(env, grids, l->right, l->u, fmax(TOLERANCE * share * share, LEAST_TOLERANCE),
-                                         MAX_ITERATIONS);
+    double share = fmin(compactness(l) / COMPACT, 1), tolerance = TOLERANCE * share * share,
+           most = MOST_FALL * matrix.row_count;
+    if (result.fall > most) tolerance = fmin(tolerance, result.residual * sqrt(most / result.fall));
+    if (tolerance < TOLERANCE) {
+        result = qw_multigrid_solve_with(env, grids, l->right, l->u, fmax(tolerance, LEAST_TOLERANCE), MAX_ITERATIONS);
         counts->iterations += result.iterations;
     }
     counts->residual = result.residual;

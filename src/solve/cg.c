@@ -167,7 +167,8 @@ static qw_cg_result solve(solver *s, double tolerance, uint32_t max_iterations)
         if (result.converged || result.iterations >= max_iterations || !(gain >= 2)) return result;
         memcpy(s->before, s->x, s->n * sizeof *s->x);
         double reached = descend(s, norm, rz, fmax(tolerance, ROUND * residual), max_iterations, &result.iterations);
-        if (reached <= tolerance && tolerance >= TRUSTED) return (qw_cg_result){result.iterations, reached, true};
+        if (reached <= tolerance && tolerance >= TRUSTED)
+            return (qw_cg_result){.iterations = result.iterations, .residual = reached, .converged = true};
     }
 }
 

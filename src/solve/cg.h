@@ -23,6 +23,7 @@ typedef struct qw_cg_result {
     uint32_t iterations;
     double residual; /* |b - A x| / |b|, computed anew from x where the tolerance is small; 0 when b is 0 */
     bool converged;  /* residual <= tolerance */
+    double fall;     /* of multigrid: what the last iteration took off x . A x - 2 b . x */
 } qw_cg_result;
 
 /* y = A x, over n rows; may use qw_parallel. */

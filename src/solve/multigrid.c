@@ -318,15 +318,15 @@ static void step_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
     sweep_forward(l, begin, end);
 }
 
-/* Flexible conjugate gradients from where x and r are, by the recurrence for r. Returns the iterations done. */
-static uint32_t descend(solver *s, double norm, double tolerance, uint32_t max_iterations)
+/* Flexible conjugate gradients from where x and r are, by the recurrence for r. */
+static void descend(solver *s, double norm, double tolerance, uint32_t max_iterations, qw_cg_result *result)
 {
     assert(tolerance >= 0);
-    uint32_t iterations = 0, n = s->top->n;
+    uint32_t n = s->top->n;
     double residual = INFINITY, pq = INFINITY;
     memset(s->grids->p, 0, n * sizeof(float));
     memset(s->grids->q, 0, n * sizeof(float));
-    while (iterations < max_iterations && residual > tolerance) {
+    while (result->iterations < max_iterations && residual > tolerance) {
         cycle(s->env, s->top, 0);
         run(s, product_task);
         double zq = total(s->top, 2), own = total(s->top, 0) - zq * zq / pq, zr = total(s->top, 1);
@@ -336,9 +336,9 @@ static uint32_t descend(solver *s, double norm, double tolerance, uint32_t max_i
         run(s, step_task);
         residual = sqrt(total(s->top, 0)) / norm;
         pq = own;
-        iterations++;
+        result->fall = zr * zr / own;
+        result->iterations++;
     }
-    return iterations;
 }
 
 /* The recurrence, in float, drifts from the true residual. So each round brings it down by no more than floats can, the
@@ -365,7 +365,7 @@ static qw_cg_result solve(solver *s, double tolerance, uint32_t max_iterations)
         result.converged = residual <= tolerance;
         if (result.converged || result.iterations >= max_iterations || !(gain >= 2)) return result;
         run(s, remember_task);
-        result.iterations += descend(s, norm, fmax(tolerance, ROUND * residual), max_iterations - result.iterations);
+        descend(s, norm, fmax(tolerance, ROUND * residual), max_iterations, &result);
     }
 }
 

@@ -272,4 +272,6 @@ void qw_stage_INVERSIONS(qw_run_state *run)
     r->inverted_before = c.inverted_before, r->inverted_after_greedy = c.inverted_after_greedy,
     r->inverted_after_sat = run->inverted = c.inverted_after;
     r->sat_calls = c.sat_calls, r->sat_conflicts = c.sat_conflicts;
+    qw_log(run->env, QW_LOG_DEBUG, "inverted triangles: %lld, after single moves %lld, in the end %lld",
+           (long long)c.inverted_before, (long long)c.inverted_after_greedy, (long long)c.inverted_after);
 }
