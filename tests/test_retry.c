@@ -86,6 +86,18 @@ static void inverted_triangles_ask_for_stiffness(void **state)
     PLAY(flow, {INVERSIONS(.inverted = 3), QW_NO_RETRY, 0});
 }
 
+/* A fold of a few triangles among millions is left to repairs: another attempt would take minutes. */
+static void a_small_fold_of_millions_is_let_be(void **state)
+{
+    (void)state;
+    qw_request millions = USUAL;
+    millions.faces_wanted = 5e6;
+    PLAY(millions, {INVERSIONS(.inverted = 40), QW_NO_RETRY, 0},
+         {REPAIR(.inverted = 40, .topology_lost = 1, .places = 1), QW_NO_RETRY, 0});
+    PLAY(millions, {INVERSIONS(.inverted = 4000), QW_RETRY_INVERTED, 0});
+    PLAY(millions, {REPAIR(.topology_lost = 1, .places = 4), QW_RETRY_TOPOLOGY, QW_NO_ATTEMPT});
+}
+
 /* Once a round: another size keeps what was found out, places that are refined ask anew. */
 static void stiffness_is_tried_once_a_round(void **state)
 {
@@ -439,6 +451,7 @@ QW_TEST_SUITE(retry)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_good_attempt_goes_on),
         cmocka_unit_test(inverted_triangles_ask_for_stiffness),
+        cmocka_unit_test(a_small_fold_of_millions_is_let_be),
         cmocka_unit_test(stiffness_is_tried_once_a_round),
         cmocka_unit_test(lost_topology_is_refined_once),
         cmocka_unit_test(another_size_as_long_as_it_helps),

@@ -20,6 +20,12 @@ static inline bool qw_is_near_count(double wanted, double faces, double times)
     return fabs(faces / wanted - 1) <= qw_count_tolerance(wanted, times);
 }
 
+/* So few inverted triangles are no reason for another attempt at all integers. */
+static inline bool qw_is_little_inverted(double wanted, double inverted)
+{
+    return inverted > 0 && inverted <= QW_LITTLE_INVERTED * wanted;
+}
+
 /* Ratio of the larger to the smaller, 1 or more. */
 static inline double qw_count_error(double wanted, double faces)
 {

@@ -96,6 +96,11 @@ static bool takes_one_step(const qw_history *h)
     return h->request.is_closed && v->is_crowded > (qw_is_too_few(&h->request) ? 0 : 1);
 }
 
+static bool is_little_inverted(const qw_history *h)
+{
+    return qw_is_little_inverted(h->request.faces_wanted, current(h)->verdict.inverted);
+}
+
 /* ---- after INVERSIONS */
 
 /* The surface can be flattened with usual or with stiff triangles; the second is tried where the first leaves
@@ -111,8 +116,9 @@ static qw_step after_integers(const qw_history *h)
     }
     uint32_t round = round_begin(h);
     bool repairs_decide = a->verdict.is_crowded && (takes_one_step(h) || uses_since(h, QW_RETRY_FACE_COUNT, round) > 0);
-    if (!h->request.is_closed || a->verdict.inverted == 0 || a->verdict.stiffening_changes_nothing || repairs_decide ||
-        a->plan.strategy == QW_STRATEGY_STIFF || !has_use(h, QW_RETRY_INVERTED, round))
+    if (!h->request.is_closed || a->verdict.inverted == 0 || is_little_inverted(h) ||
+        a->verdict.stiffening_changes_nothing || repairs_decide || a->plan.strategy == QW_STRATEGY_STIFF ||
+        !has_use(h, QW_RETRY_INVERTED, round))
         return go_on(h->current);
     qw_step step = {QW_RETRY_INVERTED, h->current, a->plan};
     step.plan.strategy = QW_STRATEGY_STIFF, step.plan.effort = QW_EFFORT_FULL;
@@ -137,7 +143,7 @@ static qw_step after_repair(const qw_history *h)
 {
     const qw_verdict *v = &current(h)->verdict;
     if (h->request.repairs && !qw_is_too_few(&h->request) && v->topology_lost && v->places > 0 && !v->is_crowded &&
-        has_use(h, QW_RETRY_TOPOLOGY, 0))
+        !is_little_inverted(h) && has_use(h, QW_RETRY_TOPOLOGY, 0))
         return refine(h, QW_RETRY_TOPOLOGY, QW_NO_ATTEMPT);
     return go_on(h->current);
 }

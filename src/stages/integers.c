@@ -5,6 +5,7 @@
 #include "stages/stages.h"
 
 #include "base/constants.h"
+#include "base/promise.h"
 #include "field/alignment.h"
 #include "field/girth.h"
 #include "field/curvature_diffusion.h"
@@ -260,6 +261,8 @@ void qw_stage_INVERSIONS(qw_run_state *run)
     qw_inversion_counts c = {0};
     qw_remove_inversions_greedy(run->env, &run->inversion_free, &c);
     if (run->options.sat) qw_remove_inversions_sat(run->env, &run->inversion_free, sat_effort(run), &c);
+    if (run->options.sat && qw_is_little_inverted(run->faces_wanted, (double)c.inverted_after))
+        qw_remove_inversions_sat(run->env, &run->inversion_free, QW_SAT_FAR, &c); /* there is no stiff attempt */
     if (run->options.sat && c.inverted_after > 0 &&
         qw_release_curves(run->env, &run->inversion_free, RELEASE_RINGS) > 0) {
         qw_inversion_counts again = {
