@@ -48,9 +48,14 @@ typedef struct simplifier {
     uint32_t *stamp, *face_stamp, round; /* [vertices], [faces] */
     int32_t *cost;                       /* [vertices] excess where no move is being tried, or UNKNOWN */
     uint8_t *fresh; /* [vertices] MOVES and CHAINS not yet tried there since something near it changed */
-    int64_t trials; /* of chains, left */
-    bool shapeless; /* shapes may get worse for the sake of the count; no quad may flip */
-    bool curveless; /* sharp edges may be lost, too: vertices on two of them may become one */
+    /* while quads are thinned out, told NULL otherwise */
+    uint32_t kept;       /* moves that were kept */
+    uint32_t *kept_near; /* [vertices] `kept` when the last of them near each was */
+    uint32_t *failed;    /* [sides] `kept` + 1 when the collapse that begins here last lost too much shape; 0: never */
+    uint32_t *told;      /* [vertices], to work in */
+    int64_t trials;      /* of chains, left */
+    bool shapeless;      /* shapes may get worse for the sake of the count; no quad may flip */
+    bool curveless;      /* sharp edges may be lost, too: vertices on two of them may become one */
 } simplifier;
 
 typedef struct vertices {
@@ -337,9 +342,32 @@ static void forget_costs_around(simplifier *s, uint32_t v)
     } while (h != QW_NONE && h != s->e.out[v]);
 }
 
+/* Notes at all vertices that a quad or two lead to from those near that a move was kept: what a collapse is judged by
+   lies no farther away. */
+static void tell_around(simplifier *s, const vertices *near)
+{
+    const qw_quadmesh *m = &s->e.mesh;
+    uint32_t count = 0, done = 0;
+    s->round++;
+    for (uint32_t i = 0; i < near->count; i++) s->told[count++] = near->list[i], s->stamp[near->list[i]] = s->round;
+    for (int ring = 0; ring < 2; ring++)
+        for (uint32_t end = count; done < end; done++) {
+            uint32_t first = s->e.out[s->told[done]], h = first;
+            do {
+                for (uint32_t k = h & ~3u; k < (h & ~3u) + 4; k++) {
+                    if (s->stamp[m->corner[k]] == s->round) continue;
+                    s->stamp[m->corner[k]] = s->round, s->told[count++] = m->corner[k];
+                }
+                h = qw_quad_around(m, h);
+            } while (h != QW_NONE && h != first);
+        }
+    for (uint32_t i = 0; i < count; i++) s->kept_near[s->told[i]] = s->kept;
+}
+
 /* The vertices near may have moved, and the angles at their neighbours with them. */
 static bool refresh(simplifier *s, const vertices *near)
 {
+    if (s->told) s->kept++, tell_around(s, near);
     for (uint32_t i = 0; i < near->count; i++) {
         s->fresh[near->list[i]] = MOVES | CHAINS;
         forget_costs_around(s, near->list[i]);
@@ -512,6 +540,15 @@ static uint32_t list_smallest(const simplifier *s, uint64_t *keys)
     return count;
 }
 
+/* Whether the collapse of h lost too much shape when it was last tried, and no move near it was kept since. */
+static bool fails_again(const simplifier *s, uint32_t h)
+{
+    uint32_t failed = s->failed[h];
+    for (uint32_t k = h & ~3u; failed > 0 && k < (h & ~3u) + 4; k++)
+        if (s->kept_near[s->e.mesh.corner[k]] >= failed) failed = 0;
+    return failed > 0;
+}
+
 /* Collapses quads, the smallest first, where the measure rises by less than `limit`, until there are no more than
  * `most`. */
 static bool thin_out(simplifier *s, int64_t most, int32_t limit, uint64_t *keys, qw_simplify_counts *counts)
@@ -523,8 +560,11 @@ static bool thin_out(simplifier *s, int64_t most, int32_t limit, uint64_t *keys,
         for (uint32_t k = 0; k < 4 && !s->e.gone[f]; k++) {
             chain c = {{{4 * f + k, QW_COLLAPSE}}, 1};
             int32_t change;
-            if (!make_if(s, c.list[0], limit, &change, changed, &n) || !keep_or_undo(s, 0, &c, change, changed, n))
+            if (fails_again(s, 4 * f + k) || !make_if(s, c.list[0], limit, &change, changed, &n)) continue;
+            if (!keep_or_undo(s, 0, &c, change, changed, n)) {
+                s->failed[4 * f + k] = s->kept + 1;
                 continue;
+            }
             s->e.writes = 0;
             counts->collapses++;
             any = true;
@@ -538,14 +578,20 @@ static bool thin_out(simplifier *s, int64_t most, int32_t limit, uint64_t *keys,
 static void reach_count(simplifier *s, int64_t most, bool gently, qw_simplify_counts *counts)
 {
     assert(s->e.keeps_journal && counts);
-    uint64_t *keys = QW_NEW(s->e.env, uint64_t, s->e.mesh.face_count);
+    qw_env *env = s->e.env;
+    size_t n = s->e.mesh.vertex_count, sides = 4 * (size_t)s->e.mesh.face_count;
+    uint64_t *keys = QW_NEW(env, uint64_t, s->e.mesh.face_count);
+    s->kept = 0, s->kept_near = QW_NEW_ZERO(env, uint32_t, n);
+    s->failed = QW_NEW(env, uint32_t, sides), s->told = QW_NEW(env, uint32_t, n);
     for (int pass = 0; pass < (gently ? 1 : 2); pass++) {
         s->shapeless = pass == 1;
+        memset(s->failed, 0, sides * sizeof *s->failed);
         for (int32_t limit = 1; limit <= WORST_RISE && (int64_t)s->e.live_faces > most;)
             if (!thin_out(s, most, limit, keys, counts)) limit *= 2;
     }
     s->shapeless = false;
-    qw_free(s->e.env, keys);
+    qw_free(env, keys), qw_free(env, s->kept_near), qw_free(env, s->failed), qw_free(env, s->told);
+    s->told = NULL;
 }
 
 static simplifier make_simplifier(qw_env *env, const qw_quadmesh *mesh, const qw_wanted *wanted, int64_t least)
