@@ -16,6 +16,10 @@ static const float PULL = 12, MOST_PULL = 8;
 static const float WISH_PULL = 16;
 static const float LEAST_LENGTH = 1e-12f; /* of a mean length, squared: keeps a division from 0 / 0 */
 
+/* Pieces of the surface around a point, some thousands where it is one sheet; where there are more, it runs through
+   itself again and again, and its bends mean nothing. */
+enum { MOST_PIECES = 1 << 16 };
+
 typedef struct direction_task {
     const qw_ball_curvature *curvature;
     const qw_vec3 *point, *normal;
@@ -27,6 +31,8 @@ static void direction_block(void *user, uint32_t block, uint32_t begin, uint32_t
     (void)block;
     const direction_task *t = user;
     for (uint32_t v = begin; v < end; v++) {
+        t->direction[v] = qw_v3(0, 0, 0);
+        if (qw_ball_effort(t->curvature, t->point[v]) > MOST_PIECES) continue;
         qw_principal p = qw_ball_curvature_at(t->curvature, t->point[v], t->normal[v]);
         t->direction[v] = qw_scale(p.direction, p.weight);
     }

@@ -19,7 +19,8 @@ enum {
     MOST_FAILURES = 8, /* a step of the last resort ends in a component after so many failures in a row: an input that
                           contradicts itself has thousands of flipped quads */
     ANY = INT32_MAX,   /* any number of inverted corners */
-    GRAIN = 64
+    GRAIN = 64,
+    SEARCHED = 256 /* quads that are looked at side by side until one is found flipped */
 };
 /* Squares of the mean edge: the last resort is not begun for flipped quads of a smaller area. */
 static const float SLIVER = 0.01f;
@@ -376,13 +377,36 @@ static bool has_suspects(const qw_quadmesh *q, const qw_flip_repair *repair, flo
     return false;
 }
 
+typedef struct search_task {
+    const qw_quadmesh *quads;
+    const qw_flip_judge *judge;
+    const qw_vec3 *ground;
+    uint32_t from;
+    uint8_t *found; /* uint8_t[SEARCHED] */
+} search_task;
+
+static void search_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const search_task *t = user;
+    const qw_quadmesh *q = t->quads;
+    for (uint32_t i = begin; i < end; i++) {
+        uint32_t f = t->from + i;
+        t->found[i] = is_suspect(q, t->ground, f) &&
+                      qw_flip_of_quad(t->judge, q->position, q->corner + 4 * (size_t)f) != QW_NOT_FLIPPED;
+    }
+}
+
 /* Whether any suspect is, or may be, flipped as the surface has it. */
 static bool finds_flipped(qw_env *env, const qw_quadmesh *q, const qw_flip_judge *judge, const qw_flip_repair *repair)
 {
-    for (uint32_t f = 0; f < q->face_count; f++) {
-        if (!is_suspect(q, repair->ground, f)) continue;
-        qw_break_silence(env);
-        if (qw_flip_of_quad(judge, q->position, q->corner + 4 * (size_t)f) != QW_NOT_FLIPPED) return true;
+    uint8_t found[SEARCHED];
+    search_task t = {q, judge, repair->ground, 0, found};
+    for (; t.from < q->face_count; t.from += SEARCHED) {
+        uint32_t count = q->face_count - t.from < SEARCHED ? q->face_count - t.from : SEARCHED;
+        qw_parallel(env, count, GRAIN, search_block, &t);
+        for (uint32_t i = 0; i < count; i++)
+            if (found[i]) return true;
     }
     return false;
 }
