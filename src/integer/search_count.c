@@ -82,8 +82,14 @@ static void try_nearest(qw_env *env, qw_search *s, uint32_t p)
     qw_scope_end(env);
 }
 
+/* Whether what the count lacks or has too much is no more than the whole component. */
+static bool is_large_enough(const qw_search *s, uint32_t p)
+{
+    return qw_search_miss(s, &s->sum) * s->wish.quads <= s->kept[p].area;
+}
+
 void qw_search_nearest(qw_env *env, qw_search *s)
 {
     for (uint32_t p = 0; p < s->components->count && qw_search_miss(s, &s->sum) > 0; p++)
-        if (!qw_trial_has_faults(&s->kept[p]) && has_narrow_band(s, p)) try_nearest(env, s, p);
+        if (is_large_enough(s, p) && !qw_trial_has_faults(&s->kept[p]) && has_narrow_band(s, p)) try_nearest(env, s, p);
 }
