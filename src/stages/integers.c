@@ -236,10 +236,11 @@ void qw_stage_REGULAR(qw_run_state *run)
     r->position_singularities_after = run->irregular = qw_offset_count(&run->regular).irregular_triangles;
 }
 
-/* Small neighbourhoods where the plan allows a stiff attempt next, unless that is known to be useless; full ones
-   before curves are let go. */
+/* Small neighbourhoods where the plan allows a stiff attempt next, unless that is known to be useless, and where
+   repairs decide; full ones before curves are let go. */
 static qw_sat_effort sat_effort(const qw_run_state *run)
 {
+    if (run->is_crowded > 1) return QW_SAT_NEAR;
     return run->plan.effort == QW_EFFORT_SMALL && qw_is_closed_flow(&run->options) && !run->stiffening_changes_nothing
                ? QW_SAT_NEAR
                : QW_SAT_FAR;
