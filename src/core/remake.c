@@ -1,5 +1,6 @@
 #include "core/remake.h"
 
+#include "base/lanes.h"
 #include "base/promise.h"
 #include "core/rims.h"
 #include "core/thin.h"
@@ -21,6 +22,8 @@ static const struct {
     double times, more;
 } COUNTS[] = {{1, 0}, {1.5, 2}, {2, 6}, {4, 12}};
 enum { TRIES = sizeof COUNTS / sizeof *COUNTS };
+/* Of a lane, and of what a component takes there for each of its triangles. */
+enum { LANE_BYTES = 1 << 24, BYTES_A_TRIANGLE = 1 << 11 };
 
 typedef struct remaking {
     qw_run_state *run;
@@ -80,14 +83,27 @@ static bool find_flipped(remaking *m)
     return any;
 }
 
+/* One component that is made anew, in a lane or, where `env` is the run's, without. */
+typedef struct making {
+    const remaking *all;
+    qw_env *env;
+    uint32_t component;
+    qw_trimesh part;
+    qw_quadmesh best[QW_FLIPPED]; /* in the scope of env where the making began */
+    bool done;
+} making;
+
 /* Tries several counts, up to the first that is met, and sets the fewest quads none of which is worse than
-   QW_NOT_FLIPPED, QW_DOUBTFUL, in the current scope; no faces where each try has one. */
-static void make_best(remaking *m, uint32_t c, qw_quadmesh best[QW_FLIPPED])
+   QW_NOT_FLIPPED, QW_DOUBTFUL; no faces where each try has one. */
+static void make_best(void *user)
 {
-    qw_env *env = m->run->env;
+    making *t = user;
+    qw_env *env = t->env;
+    const remaking *m = t->all;
+    uint32_t c = t->component;
+    qw_quadmesh *best = t->best;
     bool is_met[QW_FLIPPED] = {false};
     qw_scope_begin(env);
-    qw_trimesh part = qw_take_part(env, &m->parts, c);
     /* one that is in doubt gets no more quads for it */
     for (int i = 0; i < (m->faults[c] > 0 ? TRIES : 1); i++) {
         double wanted = qw_floor(COUNTS[i].times * m->count[c] + COUNTS[i].more);
@@ -97,7 +113,7 @@ static void make_best(remaking *m, uint32_t c, qw_quadmesh best[QW_FLIPPED])
         qw_quadmesh made[QW_FLIPPED];
         qw_break_silence(env);
         qw_scope_begin(env);
-        qw_make_part(env, &part, wanted, m->edge, QW_NOT_FLIPPED, made);
+        qw_make_part(env, &t->part, wanted, m->edge, QW_NOT_FLIPPED, made);
         for (int k = 0; k < QW_FLIPPED; k++) {
             bool is_fewer = best[k].face_count == 0 || made[k].face_count < best[k].face_count;
             if (made[k].face_count == 0 || !is_fewer || is_met[k]) continue;
@@ -109,19 +125,21 @@ static void make_best(remaking *m, uint32_t c, qw_quadmesh best[QW_FLIPPED])
     for (int k = 0; k < QW_FLIPPED; k++)
         if (best[k].face_count > 0) qw_keep_quads(env, &best[k]);
     qw_scope_end(env);
+    t->done = true;
 }
 
-/* The best without a quad in doubt; else, for those that have flipped ones, with some. */
-static void remake(remaking *m, uint32_t c)
+/* The best without a quad in doubt; else, for those that have flipped ones, with some. One scope outward. */
+static void take_best(remaking *m, const making *t)
 {
-    qw_quadmesh tried[QW_FLIPPED] = {{0}};
-    make_best(m, c, tried);
-    bool in_doubt = tried[QW_NOT_FLIPPED].face_count == 0 && m->faults[c] > 0;
-    qw_quadmesh best = tried[in_doubt ? QW_DOUBTFUL : QW_NOT_FLIPPED];
-    int64_t more = (int64_t)best.face_count - m->count[c];
-    if (best.face_count == 0 || more > (m->faults[c] > 0 ? m->spare : 0) || -more > m->most_fewer) return;
-    for (uint32_t v = 0; v < best.vertex_count; v++) best.component[v] = c, best.kind[v] = QW_VERTEX_FREE;
-    m->spare -= more, m->most_fewer += more, m->left[c] = 0, m->made[m->made_count++] = best;
+    uint32_t c = t->component;
+    bool in_doubt = t->best[QW_NOT_FLIPPED].face_count == 0 && m->faults[c] > 0;
+    const qw_quadmesh *best = &t->best[in_doubt ? QW_DOUBTFUL : QW_NOT_FLIPPED];
+    int64_t more = (int64_t)best->face_count - m->count[c];
+    if (best->face_count == 0 || more > (m->faults[c] > 0 ? m->spare : 0) || -more > m->most_fewer) return;
+    qw_quadmesh taken = qw_quadmesh_copy(m->run->env, best, 0, 0);
+    qw_keep_quads(m->run->env, &taken);
+    for (uint32_t v = 0; v < taken.vertex_count; v++) taken.component[v] = c, taken.kind[v] = QW_VERTEX_FREE;
+    m->spare -= more, m->most_fewer += more, m->left[c] = 0, m->made[m->made_count++] = taken;
 }
 
 static bool may_remake(const remaking *m, uint32_t c, bool has_rim)
@@ -131,15 +149,75 @@ static bool may_remake(const remaking *m, uint32_t c, bool has_rim)
     return !has_rim; /* what is sewn to something else stays as it is */
 }
 
-static void remake_all(remaking *m)
+/* uint32_t[parts.count]: the components to be made anew; returns how many. */
+static uint32_t list_components(const remaking *m, uint32_t *list)
 {
     const qw_quadmesh *q = m->quads;
+    uint32_t count = 0;
     uint8_t *has_rim = QW_NEW_ZERO(m->run->env, uint8_t, m->parts.count);
     for (uint32_t h = 0; h < 4 * q->face_count; h++)
         if (q->twin[h] == QW_NONE) has_rim[q->component[q->corner[h]]] = 1;
-    m->made = QW_NEW_ZERO(m->run->env, qw_quadmesh, m->parts.count);
     for (uint32_t c = 0; c < m->parts.count; c++)
-        if (may_remake(m, c, has_rim[c])) remake(m, c);
+        if (may_remake(m, c, has_rim[c])) list[count++] = c;
+    qw_free(m->run->env, has_rim);
+    return count;
+}
+
+static void make_in_lane(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    making *all = user;
+    for (uint32_t i = begin; i < end; i++)
+        if (all[i].env) (void)qw_protect(all[i].env, make_best, &all[i]); /* what failed is not `done` */
+}
+
+/* Components side by side, each in a lane; one that a lane has no room for is made without. */
+static void make_side_by_side(remaking *m, const uint32_t *list, uint32_t count, qw_lane *lanes, uint32_t lane_count)
+{
+    qw_env *env = m->run->env;
+    making all[QW_MOST_LANES];
+    qw_scope_begin(env);
+    for (uint32_t i = 0; i < count; i++) {
+        qw_env *own = i < lane_count ? lanes[i].env : NULL;
+        all[i] = (making){.all = m, .env = own, .component = list[i], .part = qw_take_part(env, &m->parts, list[i])};
+        if (own) qw_scope_begin(own);
+    }
+    qw_parallel(env, count, 1, make_in_lane, all);
+    for (uint32_t i = 0; i < count; i++) {
+        if (!all[i].done) {
+            memset(all[i].best, 0, sizeof all[i].best);
+            all[i].env = env;
+            make_best(&all[i]);
+        }
+        take_best(m, &all[i]);
+        if (i < lane_count && lanes[i].env) qw_scope_end(lanes[i].env);
+    }
+    qw_scope_end(env);
+}
+
+static uint32_t largest_part(const remaking *m, const uint32_t *list, uint32_t count)
+{
+    uint32_t most = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t faces = m->parts.begin[list[i] + 1] - m->parts.begin[list[i]];
+        most = faces > most ? faces : most;
+    }
+    return most;
+}
+
+static void remake_all(remaking *m)
+{
+    qw_env *env = m->run->env;
+    m->made = QW_NEW_ZERO(env, qw_quadmesh, m->parts.count);
+    uint32_t *list = QW_NEW(env, uint32_t, m->parts.count), count = list_components(m, list),
+             threads = qw_env_threads(env), lane_count = threads < QW_MOST_LANES ? threads : QW_MOST_LANES;
+    if (threads == 1 || count < 2 || largest_part(m, list, count) > LANE_BYTES / BYTES_A_TRIANGLE) lane_count = 0;
+    qw_lane *lanes = qw_lanes_begin(env, lane_count, LANE_BYTES);
+    uint32_t step = lane_count > 0 ? lane_count : 1;
+    for (uint32_t i = 0; i < count; i += step)
+        make_side_by_side(m, list + i, count - i < step ? count - i : step, lanes, lane_count);
+    qw_lanes_end(lanes, lane_count);
+    qw_free(env, list);
 }
 
 /* The quads that stay, then those that were made. */
