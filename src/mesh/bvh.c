@@ -45,6 +45,8 @@ struct qw_bvh {
     disc *discs;         /* disc[tree.count], in leaf order */
     uint32_t *place;     /* uint32_t[tree.count]: where in discs a face is */
     normal_box *normals; /* normal_box[2 tree.count]: of the faces of each node */
+    uint32_t *leaf;      /* uint32_t[tree.count]: the node that holds each place */
+    uint32_t *parent;    /* uint32_t[tree.count]: of nodes 2 i and 2 i + 1 */
     uint32_t *part; /* uint32_t[2 tree.count]: the component of the faces of each node, QW_NONE for several; NULL: one
                        has all */
 };
@@ -260,7 +262,8 @@ static void widen(normal_box *b, const normal_box *by)
     }
 }
 
-/* Of a node and all below it; no deeper than QW_BOX_STACK. done: so many levels below the node is where it is known. */
+/* Of a node and all below it, which learn what is above them; no deeper than QW_BOX_STACK. done: so many levels below
+ * the node is where it is known. */
 static normal_box fill_normals(qw_bvh *bvh, uint32_t node, uint32_t done)
 {
     const qw_box_node *n = &bvh->tree.nodes[node];
@@ -269,8 +272,10 @@ static normal_box fill_normals(qw_bvh *bvh, uint32_t node, uint32_t done)
     if (n->count == 0) {
         normal_box right = fill_normals(bvh, n->first + 1, done - 1);
         b = fill_normals(bvh, n->first, done - 1), widen(&b, &right);
+        bvh->parent[n->first / 2] = node;
     } else {
         b = box_of_normal(bvh->discs[n->first].normal);
+        for (uint32_t i = n->first; i < n->first + n->count; i++) bvh->leaf[i] = node;
         for (uint32_t i = n->first + 1; i < n->first + n->count; i++) {
             normal_box one = box_of_normal(bvh->discs[i].normal);
             widen(&b, &one);
@@ -339,6 +344,7 @@ qw_bvh *qw_bvh_build(qw_env *env, const qw_trimesh *mesh)
     qw_parallel(env, mesh->face_count, 4096, fill_discs, &f);
     qw_free(env, f.order);
     bvh->normals = QW_NEW(env, normal_box, 2 * (size_t)mesh->face_count);
+    bvh->leaf = QW_NEW(env, uint32_t, mesh->face_count), bvh->parent = QW_NEW(env, uint32_t, mesh->face_count);
     if (mesh->face_count > 0) {
         subtrees s = {.bvh = bvh};
         list_subtrees(&s, 0, SPLIT_LEVELS);
@@ -447,6 +453,37 @@ static inline float key_of(const qw_bvh *bvh, uint32_t node, const qw_bvh_query 
     return most >= a->least ? distance2 : INFINITY;
 }
 
+/* What is below a node. */
+static void search(const qw_bvh *bvh, const qw_bvh_query *q, const aim *a, uint32_t at, qw_hit *best)
+{
+    const qw_box_tree *t = &bvh->tree;
+    pending todo;
+    todo.count = 0;
+    while (at != QW_NONE) {
+        const qw_box_node *n = &t->nodes[at];
+        if (n->count > 0) {
+            for (uint32_t i = n->first; i < n->first + n->count; i++) try_disc(bvh, i, q, a, best);
+            best->looked += n->count;
+            at = best->distance2 < q->enough2 ? QW_NONE : pop(&todo, reach(t, best->distance2));
+            continue;
+        }
+        float limit = qw_min_of(reach(t, best->distance2), FLT_MAX);
+        at = choose(&todo, n->first, key_of(bvh, n->first, q, a, limit), key_of(bvh, n->first + 1, q, a, limit), limit);
+        if (at == QW_NONE) at = pop(&todo, limit);
+    }
+}
+
+/* From a leaf upward: what is beside each node on the way. Half of what it takes from the root down, where the leaf has
+   nearly the nearest face. */
+static void search_around(const qw_bvh *bvh, const qw_bvh_query *q, const aim *a, uint32_t leaf, qw_hit *best)
+{
+    search(bvh, q, a, leaf, best);
+    for (uint32_t at = leaf; at != 0 && !(best->distance2 < q->enough2); at = bvh->parent[at / 2]) {
+        float limit = qw_min_of(reach(&bvh->tree, best->distance2), FLT_MAX);
+        if (key_of(bvh, at ^ 1, q, a, limit) <= limit) search(bvh, q, a, at ^ 1, best);
+    }
+}
+
 qw_hit qw_bvh_find(const qw_bvh *bvh, const qw_bvh_query *q, const qw_bvh_pocket *pocket)
 {
     assert(q->max_distance >= 0);
@@ -454,28 +491,16 @@ qw_hit qw_bvh_find(const qw_bvh *bvh, const qw_bvh_query *q, const qw_bvh_pocket
     qw_hit best = {.face = QW_NONE, .distance2 = q->max_distance * q->max_distance};
     if (t->count == 0) return best;
     const aim a = aim_of(bvh, q);
-    if (q->hint < t->count) try_disc(bvh, bvh->place[q->hint], q, &a, &best);
+    uint32_t hint = q->hint < t->count ? bvh->place[q->hint] : QW_NONE;
+    if (hint != QW_NONE) try_disc(bvh, hint, q, &a, &best);
     if (best.distance2 < q->enough2) return best;
     if (pocket && pocket->radius > 0) {
         for (uint32_t i = 0; i < pocket->count; i++) try_disc(bvh, pocket->place[i], q, &a, &best);
         if (is_inside(t, pocket, q->point, best.distance2)) return best;
     }
-    pending todo;
-    todo.count = 0;
-    uint32_t at = box_distance2(t->nodes, a.point) <= reach(t, best.distance2) ? 0 : QW_NONE;
-    while (at != QW_NONE) {
-        const qw_box_node *n = &t->nodes[at];
-        if (n->count > 0) {
-            for (uint32_t i = n->first; i < n->first + n->count; i++) try_disc(bvh, i, q, &a, &best);
-            best.looked += n->count;
-            at = best.distance2 < q->enough2 ? QW_NONE : pop(&todo, reach(t, best.distance2));
-            continue;
-        }
-        float limit = qw_min_of(reach(t, best.distance2), FLT_MAX);
-        at = choose(&todo, n->first, key_of(bvh, n->first, q, &a, limit), key_of(bvh, n->first + 1, q, &a, limit),
-                    limit);
-        if (at == QW_NONE) at = pop(&todo, limit);
-    }
+    bool is_near = hint != QW_NONE && best.distance2 <= bvh->discs[hint].radius * bvh->discs[hint].radius;
+    if (is_near) search_around(bvh, q, &a, bvh->leaf[hint], &best);
+    else if (box_distance2(t->nodes, a.point) <= reach(t, best.distance2)) search(bvh, q, &a, 0, &best);
     return best;
 }
 
