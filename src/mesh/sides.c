@@ -49,17 +49,12 @@ typedef struct side_task {
 
 /* ---- neighbourhoods */
 
-static bool put_in(qw_hood *hood, uint32_t v)
+/* Where a vertex of the hood stands, or QW_NONE where it would. By multiplicative hashing (Knuth 6.4). */
+static uint32_t *slot_of(qw_hood *hood, uint32_t v)
 {
-    enum { SLOTS = 4 * QW_HOOD };
-    uint32_t at = (uint32_t)(qw_mix(v) % SLOTS);
-    while (hood->slot[at] != QW_NONE) {
-        if (hood->vertex[hood->slot[at]] == v) return false;
-        at = (at + 1) % SLOTS;
-    }
-    hood->slot[at] = hood->count;
-    hood->vertex[hood->count++] = v;
-    return true;
+    uint32_t at = (v * 2654435769u) >> (32 - QW_HOOD_BITS);
+    while (hood->slot[at] != QW_NONE && hood->vertex[hood->slot[at]] != v) at = (at + 1) % (1u << QW_HOOD_BITS);
+    return &hood->slot[at];
 }
 
 void qw_collect_hood(const qw_sides *s, uint32_t v, float radius, const uint8_t *barred, qw_hood *hood)
@@ -67,21 +62,22 @@ void qw_collect_hood(const qw_sides *s, uint32_t v, float radius, const uint8_t 
     assert(v < s->mesh->vertex_count && hood);
     const qw_trimesh *mesh = s->mesh;
     qw_vec3 middle = mesh->position[v];
+    float far2 = radius * radius;
     memset(hood->slot, 0xff, sizeof hood->slot);
-    hood->count = 0;
-    put_in(hood, v);
+    *slot_of(hood, v) = 0, hood->vertex[0] = v, hood->count = 1;
     for (uint32_t i = 0; i < hood->count; i++) {
         uint32_t start = s->outgoing[hood->vertex[i]], h = start;
         do {
-            uint32_t w = mesh->corner[qw_next(h)], back = mesh->corner[qw_prev(h)];
-            bool open = !barred || !barred[h];
-            if (hood->count == QW_HOOD) return;
-            if (open && qw_length2(qw_sub(mesh->position[w], middle)) <= radius * radius) put_in(hood, w);
-            bool last = mesh->twin[qw_prev(h)] == QW_NONE;
-            if (last && hood->count < QW_HOOD && (!barred || !barred[qw_prev(h)]) &&
-                qw_length2(qw_sub(mesh->position[back], middle)) <= radius * radius)
-                put_in(hood, back);
-            h = qw_around(mesh, h);
+            uint32_t in = qw_prev(h), twin = mesh->twin[in], ways[2] = {h, in}; /* the second where the fan ends */
+            for (int k = 0; k < 1 + (twin == QW_NONE); k++) {
+                if (hood->count == QW_HOOD) return;
+                uint32_t w = mesh->corner[k ? in : qw_next(h)], *slot = slot_of(hood, w);
+                if (*slot != QW_NONE || (barred && barred[ways[k]]) ||
+                    qw_length2(qw_sub(mesh->position[w], middle)) > far2)
+                    continue;
+                *slot = hood->count, hood->vertex[hood->count++] = w;
+            }
+            h = twin;
         } while (h != QW_NONE && h != start);
     }
 }

@@ -35,10 +35,10 @@ typedef struct qw_sides {
 bool qw_find_sides(qw_env *env, const qw_trimesh *mesh, float scale, qw_sides *sides);
 
 /* Vertices within `radius` of a vertex that edges lead to without leaving the ball, the nearest rings first. */
-enum { QW_HOOD = 160 };
+enum { QW_HOOD = 160, QW_HOOD_BITS = 9 };
 typedef struct qw_hood {
     uint32_t count, vertex[QW_HOOD];
-    uint32_t slot[4 * QW_HOOD]; /* QW_NONE or an index into vertex: whether one is in it */
+    uint32_t slot[1 << QW_HOOD_BITS]; /* QW_NONE or an index into vertex: whether one is in it */
 } qw_hood;
 /* barred: uint8_t[3 face_count]: edges that are not to be crossed; NULL: none. */
 void qw_collect_hood(const qw_sides *s, uint32_t v, float radius, const uint8_t *barred, qw_hood *hood);

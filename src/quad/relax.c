@@ -773,7 +773,8 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     qw_quadmesh now = *quads;
     now.position = r.position, now.kind = kinds_with_held(env, &r);
     qw_flip_repair repair = {.surface = surface, .tree = r.tree, .curves = &r.curves, .ground = r.ground};
-    qw_repair_flips(env, &now, &repair, target->flipped ? target->flipped : QW_NEW(env, uint8_t, faces));
+    if (!target->leaves_flips)
+        qw_repair_flips(env, &now, &repair, target->flipped ? target->flipped : QW_NEW(env, uint8_t, faces));
     if (target->turn) choose_diagonals(env, &r, target->turn);
     qw_keep(env, r.position);
     qw_scope_end(env);

@@ -26,6 +26,7 @@ typedef struct qw_relax_target {
     const qw_vec3 *direction;
     float follow;
     const uint8_t *held;
+    bool leaves_flips; /* flipped quads are not repaired, as the quads are to be changed and relaxed again */
 } qw_relax_target;
 
 /* An angle that is off by some radians counts as much as an area that is off by that share. */

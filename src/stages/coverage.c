@@ -26,21 +26,22 @@ static const float NONE_TO_SPARE = 0.01f;
 
 qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, const uint8_t *held, uint8_t **flipped)
 {
-    uint8_t *turn = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
-    *flipped = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
+    uint8_t *turn = flipped ? QW_NEW_ZERO(run->env, uint8_t, quads->face_count) : NULL;
+    if (flipped) *flipped = QW_NEW_ZERO(run->env, uint8_t, quads->face_count);
     qw_trimesh surface = qw_parted_surface(run), working = qw_parted_working(run);
     qw_relax_target target = {.tree = run->tree,
                               .mesh = &working,
                               .near = run->working_tree,
                               .size = run->size,
                               .evenness = (float)run->options.evenness,
-                              .flipped = *flipped,
+                              .flipped = flipped ? *flipped : NULL,
+                              .leaves_flips = !flipped,
                               .turn = turn,
                               .held = held,
                               .direction = run->alignment,
                               .follow = (float)qw_lines_followed(run)};
     qw_vec3 *position = qw_relax_quads(run->env, quads, &surface, &target);
-    qw_quadmesh relaxed = qw_turn_quads(run->env, quads, turn);
+    qw_quadmesh relaxed = turn ? qw_turn_quads(run->env, quads, turn) : *quads;
     relaxed.position = position;
     qw_free(run->env, turn);
     return relaxed;
@@ -302,7 +303,7 @@ static uint32_t grow(const qw_run_state *run, const qw_quadmesh *quads, const qw
     for (int i = 0; i < ROOM_ROUNDS && count > 0 && !is_count_met(run, grown.face_count); i++) {
         int64_t added = grown.face_count - from.face_count;
         from = make_room(run, quads, wanted, added);
-        from = qw_relax(run, &from, NULL, flipped);
+        from = qw_relax(run, &from, NULL, NULL); /* what grows is relaxed with it once more */
         grown = from;
         int64_t room = i + 1 < ROOM_ROUNDS ? most : most - from.face_count;
         count = room > 0 ? extrude(run, marked, tips, lost, room, &grown) : 0;

@@ -5,7 +5,8 @@
 #include "quad/topology.h"
 #include "run_state.h"
 
-/* The quads relaxed on the surface, in the current scope; *flipped as of qw_run_state. held: of qw_relax_target. */
+/* The quads relaxed on the surface, in the current scope; *flipped as of qw_run_state; NULL: flipped quads
+   are left, as the quads are to be changed and relaxed again. held: of qw_relax_target. */
 qw_quadmesh qw_relax(const qw_run_state *run, const qw_quadmesh *quads, const uint8_t *held, uint8_t **flipped);
 
 /* The points of the surface that are farther from every quad than qw_uncovered_distance, and their area. */
