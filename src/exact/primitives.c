@@ -17,7 +17,8 @@ enum {
     SAMPLES = 2000,    /* triangles that are looked at, to see whether the surface may be a designed one */
     MUCH = 12,         /* triangles */
     MOST_SCANNED = 64, /* triangles of a facet whose edges are looked at one by one */
-    MOST_VAIN = 300    /* facets that are tried in vain, one after another, before the search ends */
+    TRIALS = PAIRED * (PAIRED - 1) / 2 + 1, /* of a facet */
+    MOST_VAIN = 300 /* facets that are tried in vain, one after another, before the search ends */
 };
 /* The middles of the facets of a cylinder or a cone lie off it by at least so many times as much as its vertices do. */
 static const double FAR_BETTER = 3;
@@ -63,6 +64,7 @@ typedef struct finder {
     uint8_t *vain;          /* uint8_t[faces]: was of much that grew and was none: it is not begun with again */
     uint32_t *tried;        /* uint32_t[faces]: last growth that has met the triangle */
     double *point, *facing; /* double[vertices][3], double[faces][3]: of the members */
+    struct trial *trial;    /* trial[TRIALS]: of the facet that is tried */
     qw_primitives found;
 } finder;
 
@@ -231,6 +233,9 @@ static uint32_t list_around(const finder *f, uint32_t i, uint32_t around[MOST_AR
 typedef struct trial {
     double point[MOST_POINTS][3], normal[MOST_POINTS][3], middle[MOST_POINTS][3];
     uint32_t points, normals;
+    qw_primitive_kind last;                    /* kinds from QW_CYLINDER to this are tried */
+    bool is_known, is_fit[QW_PRIMITIVE_KINDS]; /* whether the fits have been asked for; those that are near enough */
+    qw_primitive fit[QW_PRIMITIVE_KINDS];
 } trial;
 
 static void middle_of_facet(const finder *f, uint32_t i, double middle[3])
@@ -259,11 +264,22 @@ static bool add_facet(finder *f, uint32_t i, trial *p)
     return true;
 }
 
-static bool fits(qw_primitive *to, qw_primitive_kind kind, const trial *patch)
+static void fit(trial *t, qw_primitive_kind kind)
 {
-    if (patch->points <= qw_primitive_freedom(kind)) return false;
-    const qw_facing facing = {patch->normal[0], patch->middle[0], patch->normals};
-    return qw_fit_primitive(to, kind, patch->point[0], patch->points, &facing) <= QW_OFF_PRIMITIVE;
+    const qw_facing facing = {t->normal[0], t->middle[0], t->normals};
+    t->is_fit[kind] = t->points > qw_primitive_freedom(kind) &&
+                      qw_fit_primitive(&t->fit[kind], kind, t->point[0], t->points, &facing) <= QW_OFF_PRIMITIVE;
+}
+
+static void fit_some(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    trial *of = user;
+    (void)block;
+    for (uint32_t i = begin; i < end; i++) {
+        trial *t = &of[i / QW_PRIMITIVE_KINDS];
+        qw_primitive_kind kind = (qw_primitive_kind)(i % QW_PRIMITIVE_KINDS);
+        if (kind >= QW_CYLINDER && kind <= t->last) fit(t, kind);
+    }
 }
 
 /* Whether the triangle's vertices lie on the primitive, with its normal there. */
@@ -450,11 +466,12 @@ static void keep(finder *f, const qw_primitive *p)
     f->found.item[f->found.count++] = *p;
 }
 
-static bool try_patch(finder *f, uint32_t i, const trial *patch, qw_primitive_kind last)
+static bool try_patch(finder *f, uint32_t i, trial *patch)
 {
-    for (qw_primitive_kind kind = QW_CYLINDER; kind <= last; kind++) {
-        qw_primitive p;
-        if (!fits(&p, kind, patch)) continue;
+    for (qw_primitive_kind kind = QW_CYLINDER; kind <= patch->last; kind++) {
+        if (!patch->is_known) fit(patch, kind);
+        if (!patch->is_fit[kind]) continue;
+        qw_primitive p = patch->fit[kind];
         grow(f, i, &p);
         if (!is_certain(f, &p)) {
             for (uint32_t m = 0; f->member_count >= MUCH && m < f->member_count; m++) f->vain[f->member[m]] = 1;
@@ -466,28 +483,43 @@ static bool try_patch(finder *f, uint32_t i, const trial *patch, qw_primitive_ki
     return false;
 }
 
-/* Facet i with two of its neighbours, then with all. */
-static bool try_facet(finder *f, uint32_t i)
+static trial *begin_trial(finder *f, uint32_t i, trial *p, qw_primitive_kind last)
 {
-    uint32_t around[MOST_AROUND], count = list_around(f, i, around);
-    trial p;
-    for (uint32_t a = 0; a < count && a < PAIRED; a++)
-        for (uint32_t b = a + 1; b < count && b < PAIRED; b++) {
-            p.points = p.normals = 0, f->stamp++;
-            if (add_facet(f, i, &p) && add_facet(f, around[a], &p) && add_facet(f, around[b], &p) &&
-                try_patch(f, i, &p, QW_CONE))
-                return true;
-        }
-    if (count < 2) return false;
-    p.points = p.normals = 0, f->stamp++;
-    bool has_room = add_facet(f, i, &p);
-    for (uint32_t a = 0; a < count && has_room; a++) has_room = add_facet(f, around[a], &p);
+    p->points = p->normals = 0, p->last = last, p->is_known = false, f->stamp++;
+    return add_facet(f, i, p) ? p : NULL;
+}
+
+/* Facet i with those around it and theirs; false where there is no room for all. */
+static bool take_all(finder *f, uint32_t i, const uint32_t *around, uint32_t count, trial *p)
+{
+    bool has_room = begin_trial(f, i, p, QW_TORUS) != NULL;
+    for (uint32_t a = 0; a < count && has_room; a++) has_room = add_facet(f, around[a], p);
     for (uint32_t a = 0; a < count && has_room; a++) {
         uint32_t more[MOST_AROUND], size = f->begin[around[a] + 1] - f->begin[around[a]];
         uint32_t n = size > MOST_SCANNED ? 0 : list_around(f, around[a], more);
-        for (uint32_t b = 0; b < n && has_room; b++) has_room = more[b] == i || add_facet(f, more[b], &p);
+        for (uint32_t b = 0; b < n && has_room; b++) has_room = more[b] == i || add_facet(f, more[b], p);
     }
-    return has_room && try_patch(f, i, &p, QW_TORUS);
+    return has_room;
+}
+
+/* Facet i with two of its neighbours, then with all. All fits are asked for at once where there are threads for them:
+   most are in vain. */
+static bool try_facet(finder *f, uint32_t i)
+{
+    uint32_t around[MOST_AROUND], count = list_around(f, i, around), trials = 0;
+    for (uint32_t a = 0; a < count && a < PAIRED; a++)
+        for (uint32_t b = a + 1; b < count && b < PAIRED; b++) {
+            trial *p = begin_trial(f, i, &f->trial[trials], QW_CONE);
+            trials += p && add_facet(f, around[a], p) && add_facet(f, around[b], p);
+        }
+    if (count >= 2) trials += take_all(f, i, around, count, &f->trial[trials]);
+    if (qw_env_threads(f->env) > 1) {
+        qw_parallel(f->env, trials * QW_PRIMITIVE_KINDS, 1, fit_some, f->trial);
+        for (uint32_t k = 0; k < trials; k++) f->trial[k].is_known = true;
+    }
+    for (uint32_t k = 0; k < trials; k++)
+        if (try_patch(f, i, &f->trial[k])) return true;
+    return false;
 }
 
 static void find_round(finder *f)
@@ -593,7 +625,8 @@ qw_primitives qw_find_primitives(qw_env *env, const qw_trimesh *mesh, const doub
     f.facet = QW_NEW(env, uint32_t, n), f.plane = QW_NEW(env, qw_primitive, n);
     f.seen = QW_NEW_ZERO(env, uint32_t, vertices), f.tried = QW_NEW_ZERO(env, uint32_t, n);
     f.vain = QW_NEW_ZERO(env, uint8_t, n);
-    f.member = QW_NEW(env, uint32_t, n), f.point = QW_NEW(env, double, 3 * (size_t)vertices);
+    f.trial = QW_NEW(env, trial, TRIALS), f.member = QW_NEW(env, uint32_t, n),
+    f.point = QW_NEW(env, double, 3 * (size_t)vertices);
     qw_parallel(env, n, 4096, measure_triangles, &f);
     make_facets(&f);
     for (uint32_t before = QW_NONE;
