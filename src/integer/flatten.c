@@ -182,7 +182,7 @@ static double compactness(const layout *l)
     return area / (most * most);
 }
 
-static void solve(qw_env *env, layout *l, qw_flatten_counts *counts)
+static void solve(qw_env *env, layout *l, double most_fall, qw_flatten_counts *counts)
 {
     assert(l->first && l->column && counts);
     qw_csr matrix = {2 * l->m->vertex_count, l->first, l->column, l->value, l->diagonal};
@@ -190,7 +190,7 @@ static void solve(qw_env *env, layout *l, qw_flatten_counts *counts)
     qw_cg_result result = qw_multigrid_solve_with(env, grids, l->right, l->u, TOLERANCE, MAX_ITERATIONS);
     counts->iterations += result.iterations;
     double share = fmin(compactness(l) / COMPACT, 1), tolerance = TOLERANCE * share * share,
-           most = MOST_FALL * matrix.row_count;
+           most = most_fall * matrix.row_count;
     if (result.fall > most) tolerance = fmin(tolerance, result.residual * sqrt(most / result.fall));
     if (tolerance < TOLERANCE) {
         result = qw_multigrid_solve_with(env, grids, l->right, l->u, fmax(tolerance, LEAST_TOLERANCE), MAX_ITERATIONS);
@@ -238,7 +238,7 @@ void qw_flatten(qw_env *env, qw_offset_mesh *m, uint32_t rounds, float *stiffnes
     for (uint32_t round = 0;; round++) {
         fill_system(env, &l);
         qw_scope_begin(env);
-        solve(env, &l, counts);
+        solve(env, &l, rounds == 0 ? MOST_FALL : INFINITY, counts); /* that of stiff triangles says nothing */
         qw_scope_end(env);
         if (round == rounds) break;
         qw_parallel(env, m->edge_count, QW_GRAIN_LIGHT, lay_out_block, &l);
