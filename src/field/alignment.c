@@ -22,6 +22,7 @@ enum { MOST_PIECES = 1 << 16 };
 
 typedef struct direction_task {
     const qw_ball_curvature *curvature;
+    bool may_crowd; /* more than MOST_PIECES may lie around a point */
     const qw_vec3 *point, *normal;
     qw_vec3 *direction;
 } direction_task;
@@ -32,7 +33,7 @@ static void direction_block(void *user, uint32_t block, uint32_t begin, uint32_t
     const direction_task *t = user;
     for (uint32_t v = begin; v < end; v++) {
         t->direction[v] = qw_v3(0, 0, 0);
-        if (qw_ball_effort(t->curvature, t->point[v]) > MOST_PIECES) continue;
+        if (t->may_crowd && qw_ball_effort(t->curvature, t->point[v]) > MOST_PIECES) continue;
         qw_principal p = qw_ball_curvature_at(t->curvature, t->point[v], t->normal[v]);
         t->direction[v] = qw_scale(p.direction, p.weight);
     }
@@ -46,7 +47,9 @@ qw_vec3 *qw_principal_directions(qw_env *env, const qw_trimesh *surface, double 
     qw_scope_begin(env);
     qw_vec3 *facing = QW_NEW(env, qw_vec3, surface->face_count);
     for (uint32_t f = 0; f < surface->face_count; f++) facing[f] = qw_normalize(qw_face_cross(surface, f));
-    direction_task t = {qw_ball_curvature_of(env, surface, facing, QW_BALL_UNMARKED, h), point, normal, direction};
+    const qw_ball_curvature *curvature = qw_ball_curvature_of(env, surface, facing, QW_BALL_UNMARKED, h);
+    bool may_crowd = qw_ball_most_effort(curvature) > MOST_PIECES;
+    direction_task t = {curvature, may_crowd, point, normal, direction};
     qw_parallel(env, count, QW_GRAIN_HEAVY, direction_block, &t);
     qw_scope_end(env);
     return direction;

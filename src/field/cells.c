@@ -176,14 +176,16 @@ typedef struct spread_task {
     uint32_t channels;
 } spread_task;
 
-/* MOST sums of each cell, from the first of them on. */
-enum { MOST = 4 };
+/* Sums of a cell that are spread at once. */
+enum { AT_ONCE = 4 };
+
+/* Spreads `count` of the sums of cells begin <= a < end, at most AT_ONCE, from the sum `first` on. */
 static inline void spread_some(const spread_task *t, uint32_t begin, uint32_t end, uint32_t first, uint32_t count)
 {
     const qw_cells *c = t->cells;
     for (uint32_t a = begin; a < end; a++) {
         const float *from = t->from + first, *own = from + (size_t)t->channels * a;
-        float by = c->begin[a + 1] > c->begin[a] ? 0.5f : 1, sum[MOST];
+        float by = c->begin[a + 1] > c->begin[a] ? 0.5f : 1, sum[AT_ONCE];
         for (uint32_t k = 0; k < count; k++) sum[k] = by * own[k];
         for (uint32_t i = c->begin[a]; i < c->begin[a + 1]; i++) {
             uint32_t b = c->neighbour[i];
@@ -199,7 +201,7 @@ static void spread_block(void *user, uint32_t block, uint32_t begin, uint32_t en
     (void)block;
     const spread_task *t = user;
     uint32_t first = 0;
-    for (; first + MOST <= t->channels; first += MOST) spread_some(t, begin, end, first, MOST);
+    for (; first + AT_ONCE <= t->channels; first += AT_ONCE) spread_some(t, begin, end, first, AT_ONCE);
     if (t->channels - first == 2) spread_some(t, begin, end, first, 2);
     else if (first < t->channels) spread_some(t, begin, end, first, t->channels - first);
 }

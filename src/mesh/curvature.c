@@ -31,6 +31,7 @@ typedef struct piece {
 
 typedef struct piece_grid {
     uint32_t mask;   /* buckets - 1; a power of two of them */
+    uint32_t most;   /* pieces in a bucket */
     uint32_t *begin; /* uint32_t[buckets + 1] */
     piece *piece;    /* piece[begin[buckets]], by bucket */
 } piece_grid;
@@ -190,7 +191,10 @@ static piece_grid group_pieces(qw_env *env, piece *pieces, uint32_t count, float
     bucket_task t = {&g, pieces, radius, bucket};
     qw_parallel(env, count, QW_GRAIN_LIGHT, bucket_block, &t);
     for (uint32_t i = 0; i < count; i++) g.begin[bucket[i] + 1]++;
-    for (uint32_t b = 0; b <= g.mask; b++) g.begin[b + 1] += g.begin[b];
+    for (uint32_t b = 0; b <= g.mask; b++) {
+        if (g.begin[b + 1] > g.most) g.most = g.begin[b + 1];
+        g.begin[b + 1] += g.begin[b];
+    }
     for (uint32_t i = 0; i < count; i++) g.piece[g.begin[bucket[i]]++] = pieces[i];
     for (uint32_t b = g.mask + 1; b > 0; b--) g.begin[b] = g.begin[b - 1];
     g.begin[0] = 0;
@@ -394,4 +398,10 @@ uint64_t qw_ball_effort(const qw_ball_curvature *c, qw_vec3 point)
     cell middle = cell_of(point, c->radius);
     assert(middle.x > 0 && middle.y > 0 && middle.z > 0);
     return pieces_around(&c->areas, middle) + pieces_around(&c->edges, middle);
+}
+
+uint64_t qw_ball_most_effort(const qw_ball_curvature *c)
+{
+    enum { CELLS = 27 };
+    return (uint64_t)CELLS * ((uint64_t)c->areas.most + c->edges.most);
 }

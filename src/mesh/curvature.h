@@ -41,5 +41,7 @@ qw_principal qw_ball_curvature_at(const qw_ball_curvature *c, qw_vec3 point, qw_
 
 /* Pieces of edges and of areas that such a query looks at. */
 uint64_t qw_ball_effort(const qw_ball_curvature *c, qw_vec3 point);
+/* No query looks at more. */
+uint64_t qw_ball_most_effort(const qw_ball_curvature *c);
 
 #endif

@@ -261,8 +261,9 @@ void qw_stage_INVERSIONS(qw_run_state *run)
     r->subdivided_edges = qw_subdivide_long_edges(run->env, &run->inversion_free);
     qw_inversion_counts c = {0};
     qw_remove_inversions_greedy(run->env, &run->inversion_free, &c);
-    if (run->options.sat) qw_remove_inversions_sat(run->env, &run->inversion_free, sat_effort(run), &c);
-    if (run->options.sat && qw_is_little_inverted(run->faces_wanted, (double)c.inverted_after))
+    qw_sat_effort effort = sat_effort(run);
+    if (run->options.sat) qw_remove_inversions_sat(run->env, &run->inversion_free, effort, &c);
+    if (run->options.sat && effort == QW_SAT_NEAR && qw_is_little_inverted(run->faces_wanted, (double)c.inverted_after))
         qw_remove_inversions_sat(run->env, &run->inversion_free, QW_SAT_FAR, &c); /* there is no stiff attempt */
     if (run->options.sat && c.inverted_after > 0 &&
         qw_release_curves(run->env, &run->inversion_free, RELEASE_RINGS) > 0) {
