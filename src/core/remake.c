@@ -22,7 +22,7 @@ static const struct {
     double times, more;
 } COUNTS[] = {{1, 0}, {1.5, 2}, {2, 6}, {4, 12}};
 enum { TRIES = sizeof COUNTS / sizeof *COUNTS };
-/* Of a lane, and of what a component takes there for each of its triangles. */
+/* Bytes of a lane, and bytes that a component takes of it for each of its triangles. */
 enum { LANE_BYTES = 1 << 24, BYTES_A_TRIANGLE = 1 << 11 };
 
 typedef struct remaking {

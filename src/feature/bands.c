@@ -14,7 +14,7 @@ static const float PARALLEL = 0.92387953f;
 /* Of `least`: below a fifth of an edge a row of quads would be too thin; see integer/narrow_bands.h for wider ones. */
 static const float CLOSE = 0.4f;
 static const float OVERLAP = 0.25f; /* of the shorter edge that must lie beside the other */
-/* Neighbours of one vertex that each is looked at with: those that follow around. */
+/* Each neighbour of a vertex is compared with so many that follow it around the vertex. */
 enum { MOST_AROUND = 64 };
 /* Widths, as multiples of CLOSE, of bands that have room or none as a whole. */
 static const float THINNEST = 0.5f, WIDEST = 2;

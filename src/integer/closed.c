@@ -21,8 +21,8 @@ static const float LEAST_SHARE = 0.25f, STIFFER = 3.0f, STIFFEST = 1e4f;
 static const uint32_t FEW_SQUEEZED = 40;
 static const float SMALL_SHARE = 0.002f;
 
-/* Rounds of letting sizes give way. The first takes the square of the stretch, about where it would have led by and by;
-   the second, the stretch itself, takes back what was too much. */
+/* Rounds in which sizes give way. The first applies the square of the stretch, which is near what many rounds lead to;
+   the second applies the stretch itself and so takes back what was too much. */
 enum { GIVES = 2 };
 /* A triangle is not taken to be stretched by more than this, nor squeezed by less than its inverse. */
 static const float MOST_STRETCH = 3;

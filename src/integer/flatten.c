@@ -18,8 +18,8 @@ static const double TOLERANCE = 1e-3;
    band, its area less than COMPACT times the square of its length, the tolerance falls by the square of that share.
    (Meshes have 0.17, a sword, to 10; bands 50 and 200 times as long as wide 0.02 and 0.005.) */
 static const double COMPACT = 0.1, LEAST_TOLERANCE = 1e-7;
-/* Energy an unknown by which the last iteration may have lowered the whole; more is left where quads are many, as the
-   residual is a share of a right-hand side that grows faster than their number. */
+/* The most by which the last iteration may have lowered the energy, for each unknown. The residual alone would leave
+   more where quads are many: it is a share of a right-hand side that grows faster than their number. */
 static const double MOST_FALL = 0.01;
 
 typedef struct layout {
@@ -238,7 +238,7 @@ void qw_flatten(qw_env *env, qw_offset_mesh *m, uint32_t rounds, float *stiffnes
     for (uint32_t round = 0;; round++) {
         fill_system(env, &l);
         qw_scope_begin(env);
-        solve(env, &l, rounds == 0 ? MOST_FALL : INFINITY, counts); /* that of stiff triangles says nothing */
+        solve(env, &l, rounds == 0 ? MOST_FALL : INFINITY, counts); /* what stiff triangles gain says nothing */
         qw_scope_end(env);
         if (round == rounds) break;
         qw_parallel(env, m->edge_count, QW_GRAIN_LIGHT, lay_out_block, &l);

@@ -32,6 +32,7 @@ enum {
 };
 
 enum { MOVES = 1, CHAINS = 2 };
+/* A cost that has to be counted anew. */
 enum { UNKNOWN = -1 };
 /* Added to the cost of an inner vertex of two edges. */
 enum { ALONE = 16 };
@@ -50,7 +51,7 @@ typedef struct simplifier {
     uint8_t *fresh; /* [vertices] MOVES and CHAINS not yet tried there since something near it changed */
     /* while quads are thinned out, told NULL otherwise */
     uint32_t kept;       /* moves that were kept */
-    uint32_t *kept_near; /* [vertices] `kept` when the last of them near each was */
+    uint32_t *kept_near; /* [vertices] `kept` when a move near the vertex was last kept */
     uint32_t *failed;    /* [sides] `kept` + 1 when the collapse that begins here last lost too much shape; 0: never */
     uint32_t *told;      /* [vertices], to work in */
     int64_t trials;      /* of chains, left */

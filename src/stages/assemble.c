@@ -109,7 +109,7 @@ void qw_stage_ASSEMBLE(qw_run_state *run)
     if (!qw_fits_limit(run)) qw_make_exact(run, false, true);
     qw_make_levels(run);
     qw_join_left_out(run);
-    if (run->finished.face_count == 0) /* of few without repair */
+    if (run->finished.face_count == 0) /* may be where few are asked for and nothing is repaired */
         qw_fail(run->env, QW_INTERNAL, -1, "no quads are left: ask for more, or for repair");
     qw_report_field_angle(run, &run->finished);
     qw_report_guides(run, &run->fitted);
