@@ -5,9 +5,9 @@
 #define _POSIX_C_SOURCE 200809L /* clock_gettime */
 #include "quadwright/quadwright.h"
 
-#include "mesh/trimesh.h"
+#include "geometry/trimesh.h"
 #include "skin_check.h"
-#include "wrap/wrap.h"
+#include "products/wrap/wrap.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -50,7 +50,7 @@ static int32_t *whole_positions(qw_env *env, const qw_wrapped *w)
     return at;
 }
 
-/* How many edges have not just two faces that run along them either way, sorted apart from src/mesh. */
+/* How many edges have not just two faces that run along them either way, sorted apart from src/geometry. */
 static int by_edge(const void *a, const void *b) { return memcmp(a, b, sizeof(uint64_t[2])); }
 
 static int64_t odd_edges(qw_env *env, const qw_clean_input *skin)

@@ -6,8 +6,8 @@
  * Components that curves hold may move too, at HELD each: the flow frees them where nothing else closes. */
 #include "quadwright/quadwright.h"
 
-#include "integer/network.h"
-#include "integer/regular.h"
+#include "remesh/quantise/network.h"
+#include "remesh/quantise/regular.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -24,7 +24,7 @@ int qw_command_batch(const qw_arguments *a)
 #include "base/json.h"
 #include "base/platform.h"
 #include "base/report.h"
-#include "density.h"
+#include "density_command.h"
 #include "system.h"
 
 #include <errno.h>

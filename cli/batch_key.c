@@ -7,7 +7,7 @@
 
 #include "base/json.h"
 #include "base/report.h"
-#include "io/gltf.h"
+#include "io/gltf/gltf.h"
 
 #include <errno.h>
 #include <fcntl.h>

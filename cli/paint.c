@@ -1,8 +1,8 @@
 /* Faces in their own colours or by their angle to the shape, lines of the base complex, and a single chord. */
 #include "scene.h"
 
-#include "mesh/base_complex.h"
-#include "mesh/shape.h"
+#include "products/measure/base_complex.h"
+#include "products/measure/follow.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* Normals for shading, kinds of edges, and the irregular vertices. */
 #include "scene.h"
 
-#include "mesh/triangulate.h"
+#include "geometry/triangulate.h"
 
 #include <float.h>
 #include <math.h>

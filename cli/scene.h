@@ -2,8 +2,8 @@
 #ifndef QW_CLI_SCENE_H
 #define QW_CLI_SCENE_H
 
-#include "mesh/measure.h"
-#include "mesh/trimesh.h"
+#include "products/measure/measure.h"
+#include "geometry/trimesh.h"
 #include "render.h"
 
 enum { SCENE_WIRE, SCENE_BOUNDARY, SCENE_NONMANIFOLD, SCENE_LINE, SCENE_KINDS }; /* kinds of edges */

@@ -3,7 +3,7 @@
  * by values at the limits, by small steps, by one another. So inputs are short, and need no dump of this version of the
  * library. */
 #define _XOPEN_SOURCE 700 /* fileno, ftruncate, pwrite */
-#include "run/state.h"
+#include "run/dump.h"
 
 #include <math.h>
 #include <stdio.h>

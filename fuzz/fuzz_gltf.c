@@ -7,8 +7,8 @@
  */
 #define _GNU_SOURCE /* memfd_create */
 #include "base/printable.h"
-#include "base/view.h"
-#include "io/gltf.h"
+#include "base/mesh_view.h"
+#include "io/gltf/gltf.h"
 #include "io/json_read.h"
 
 #include <fcntl.h>

@@ -2,7 +2,7 @@
  * wrap: the skin is closed, manifold and outward, has one component a cluster, and a second implementation finds no two
  * triangles that intersect. */
 #include "skin_check.h"
-#include "wrap/wrap.h"
+#include "products/wrap/wrap.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,10 +1,11 @@
-/* The pipeline: the stages in their order. */
+/* The pipeline: remesh.c names the stages in their order. */
 #ifndef QW_REMESH_H
 #define QW_REMESH_H
 
-#include "stages/stages.h"
+#include "run/driver.h"
 
-typedef void (*qw_stage_function)(qw_run_state *run);
-extern const qw_stage_function qw_stage_functions[QW_STAGE_COUNT];
+/* Runs the stages up to and including `last` with these options, those that an earlier call has finished excepted where
+   these options change nothing in them. */
+qw_status qw_remesh_until(qw_context_state *c, const qw_options *options, qw_stage last);
 
 #endif

@@ -8,7 +8,7 @@ set(inexact sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh si
   erf erfc tgamma lgamma fma fmod remainder rint nearbyint lrint llrint lround llround round)
 foreach(name IN LISTS inexact)
   if(symbols MATCHES "[ \n]U +(${name}[fl]?)\n")
-    message(SEND_ERROR "the library calls ${CMAKE_MATCH_1}: math/elementary.h has one with the same bits everywhere")
+    message(SEND_ERROR "the library calls ${CMAKE_MATCH_1}: base/elementary.h has one with the same bits everywhere")
   endif()
 endforeach()
 if(NOT symbols MATCHES " U +malloc\n" AND NOT symbols MATCHES " U +realloc\n")

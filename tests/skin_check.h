@@ -1,6 +1,6 @@
 /* A second opinion on whether a triangle mesh with whole coordinates intersects itself, which shares nothing with
- * src/wrap: pairs by a sweep along x, then the point in which the line of an edge meets the plane of a triangle, as a
- * fraction, against the triangle's sides; all in integers of 128 bits. */
+ * src/products/wrap: pairs by a sweep along x, then the point in which the line of an edge meets the plane of a
+ * triangle, as a fraction, against the triangle's sides; all in integers of 128 bits. */
 #ifndef QW_TESTS_SKIN_CHECK_H
 #define QW_TESTS_SKIN_CHECK_H
 

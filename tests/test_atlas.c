@@ -1,10 +1,10 @@
 /* Charts, flattening and packing: whatever the shape, no two points of the surface lie at one place of the texture, by
  * a second and slower way of telling, and charts keep their distance. */
-#include "atlas/atlas.h"
-#include "atlas/charts.h"
-#include "atlas/mask.h"
-#include "atlas/overlap.h"
-#include "atlas/seen.h"
+#include "products/atlas/atlas.h"
+#include "products/atlas/charts.h"
+#include "products/atlas/mask.h"
+#include "products/atlas/overlap.h"
+#include "products/atlas/seen.h"
 #include "quad_shapes.h"
 #include "random.h"
 #include "solve/envelope.h"

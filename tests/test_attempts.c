@@ -3,8 +3,9 @@
 
 #include "run/driver.h"
 #include "run/judge.h"
-#include "stages/coverage.h"
-#include "mesh/flips.h"
+#include "run/stages/coverage.h"
+#include "run/stages/stages.h"
+#include "geometry/flips.h"
 #include "shapes.h"
 
 #include <setjmp.h>
@@ -89,11 +90,17 @@ typedef struct alone {
     qw_plan plan;
 } alone;
 
+static const qw_stage_function stages[QW_STAGE_COUNT] = {
+#define QW_STAGE(name, title, source, weight) qw_stage_##name,
+#include "quadwright/stages.def"
+#undef QW_STAGE
+};
+
 static void run_stages(void *user)
 {
     alone *a = user;
     a->c->run.plan = a->plan;
-    for (int stage = QW_STAGE_WORKING; stage < QW_STAGE_COUNT; stage++) qw_stage_functions[stage](&a->c->run);
+    for (int stage = QW_STAGE_WORKING; stage < QW_STAGE_COUNT; stage++) stages[stage](&a->c->run);
 }
 
 /* The plan that `context` has ended with, in a context of its own that knows of no other. */

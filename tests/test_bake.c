@@ -1,8 +1,8 @@
 /* Maps: pictures to and from PNG, what is baked where it can be told otherwise, whole assets, and hostile inputs. */
-#include "bake/maps.h"
-#include "bake/shading.h"
+#include "products/bake/maps.h"
+#include "products/bake/shading.h"
 #include "faults.h"
-#include "io/deflate.h"
+#include "io/pictures/deflate.h"
 #include "quad_shapes.h"
 #include "random.h"
 #include "suite.h"

@@ -1,6 +1,6 @@
 /* Validators at the borders of stages: silent on what the stages make, loud on each of these faults. */
 #include "suite.h"
-#include "run/borders.h"
+#include "run/border_checks.h"
 #include "run/driver.h"
 #include "shapes.h"
 

@@ -1,7 +1,7 @@
 /* Bounding volume trees against brute force in double precision. */
 #include "random.h"
 #include "suite.h"
-#include "mesh/bvh.h"
+#include "geometry/bvh.h"
 
 #include <float.h>
 #include <setjmp.h>

@@ -2,7 +2,7 @@
  * words, at their ends and beyond them. */
 #include "random.h"
 #include "suite.h"
-#include "wrap/cell_set.h"
+#include "products/wrap/cell_set.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

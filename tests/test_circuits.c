@@ -3,9 +3,9 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
-#include "integer/circuits.h"
-#include "integer/closed.h"
-#include "integer/decimated.h"
+#include "remesh/quantise/circuits.h"
+#include "remesh/quantise/closed.h"
+#include "remesh/quantise/decimated.h"
 
 enum { REACH = 2, ANY_LENGTH = 1000 };
 

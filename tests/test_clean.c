@@ -2,8 +2,8 @@
 #include "faults.h"
 #include "random.h"
 #include "suite.h"
-#include "mesh/clean.h"
-#include "mesh/triangulate.h"
+#include "remesh/clean/clean.h"
+#include "geometry/triangulate.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -3,8 +3,8 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
-#include "integer/closed.h"
-#include "integer/search.h"
+#include "remesh/quantise/closed.h"
+#include "remesh/quantise/search.h"
 
 enum { COMBS = 5 };
 

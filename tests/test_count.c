@@ -4,9 +4,9 @@
 #include "unit_shapes.h"
 
 #include "base/promise.h"
-#include "quad/count.h"
-#include "quad/repair.h"
-#include "quad/simplify.h"
+#include "remesh/quads/count.h"
+#include "remesh/quads/repair.h"
+#include "remesh/quads/simplify.h"
 
 /* An irregular mesh, open or closed, some of its edges on curves. */
 static qw_quadmesh random_quads(qw_env *env, unit_rng *r)

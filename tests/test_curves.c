@@ -2,10 +2,10 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
-#include "feature/decide.h"
-#include "feature/graph.h"
-#include "mesh/corners.h"
-#include "mesh/teeth.h"
+#include "remesh/features/decide.h"
+#include "remesh/features/graph.h"
+#include "geometry/corners.h"
+#include "remesh/features/teeth.h"
 
 /* A grid over the unit square times (1, height), each vertex a fold of its own depth so that edges have an angle. */
 static qw_trimesh grid(qw_env *env, uint32_t nu, uint32_t nv, float height)
@@ -115,7 +115,7 @@ static void drops_beside_the_boundary(void **state)
 }
 
 /* The diagonal and the middle line of a flattened grid, from one corner at 11 degrees: an acute corner, which is for
- * integer/acute_corners.h. */
+ * remesh/quantise/acute_corners.h. */
 static void leaves_acute_corners_alone(void **state)
 {
     (void)state;

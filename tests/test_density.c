@@ -5,9 +5,9 @@
 #include "shapes.h"
 #include "unit_shapes.h"
 
-#include "field/cells.h"
-#include "mesh/long_edges.h"
-#include "field/density.h"
+#include "remesh/sizes/cells.h"
+#include "geometry/long_edges.h"
+#include "remesh/sizes/density.h"
 
 #include <math.h>
 #include <setjmp.h>

@@ -3,7 +3,7 @@
 #include "random.h"
 #include "suite.h"
 
-#include "math/elementary.h"
+#include "base/elementary.h"
 
 #include <math.h>
 #include <setjmp.h>

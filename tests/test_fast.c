@@ -3,7 +3,7 @@
 #include "suite.h"
 #include "shapes.h"
 
-#include "demand/fast.h"
+#include "whole/fast.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

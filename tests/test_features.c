@@ -1,8 +1,9 @@
 /* Sharp edges: found on solids at any resolution, not on smooth, bent or noisy surfaces; marks agree on both sides. */
 #include "random.h"
 #include "suite.h"
-#include "mesh/clean.h"
-#include "mesh/marks.h"
+#include "remesh/features/features.h"
+#include "remesh/clean/clean.h"
+#include "remesh/clean/marks.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -2,8 +2,8 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
-#include "field/loops.h"
-#include "field/scale.h"
+#include "remesh/sizes/small_loops.h"
+#include "remesh/sizes/scale.h"
 
 #define CASES 20000
 

@@ -2,7 +2,7 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
-#include "quad/fit.h"
+#include "remesh/relax/fit.h"
 
 enum { QUADS = 12, FINE = 96 }; /* along a side of the unit square */
 

@@ -3,7 +3,7 @@
 #include "suite.h"
 #include "unit_bed.h"
 
-#include "quad/moves.h"
+#include "geometry/quad_moves.h"
 
 enum { MOVES = 60 };
 

@@ -3,7 +3,7 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
-#include "integer/inversions.h"
+#include "remesh/offsets/inversions.h"
 
 static const double PI = 3.14159265358979;
 

@@ -2,7 +2,7 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
-#include "quad/protrusions.h"
+#include "remesh/quads/protrusions.h"
 
 enum { SIDE = 8, FINE = 80 };
 static const float HEIGHT = 4, RADIUS = 0.45f;

@@ -3,9 +3,9 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
-#include "integer/network.h"
-#include "integer/regular.h"
-#include "integer/subdivide.h"
+#include "remesh/quantise/network.h"
+#include "paper/multiresolution.h"
+#include "remesh/offsets/subdivide.h"
 #include "solve/flow.h"
 #include "solve/sat.h"
 

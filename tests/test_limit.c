@@ -5,13 +5,13 @@
 #include "unit_shapes.h"
 #include "shapes.h"
 
-#include "limit/cage.h"
-#include "limit/fit_limit.h"
-#include "limit/jacobian.h"
-#include "limit/second_order.h"
-#include "limit/patch_blocks.h"
-#include "limit/patches.h"
-#include "limit/stencils.h"
+#include "products/limit/cage.h"
+#include "products/limit/fit_limit.h"
+#include "products/limit/jacobian.h"
+#include "products/limit/second_order.h"
+#include "products/limit/patch_blocks.h"
+#include "products/limit/patches.h"
+#include "products/limit/stencils.h"
 
 #include <stdio.h>
 

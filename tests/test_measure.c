@@ -3,10 +3,10 @@
 #include "random.h"
 #include "shapes.h"
 #include "suite.h"
-#include "mesh/measure.h"
+#include "products/measure/measure.h"
 
-#include "mesh/distance.h"
-#include "mesh/effort.h"
+#include "products/measure/distance.h"
+#include "geometry/effort.h"
 
 #include <math.h>
 #include <setjmp.h>

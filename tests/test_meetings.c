@@ -3,13 +3,13 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
-#include "integer/attempts.h"
-#include "integer/circuits.h"
-#include "integer/closed.h"
-#include "integer/meetings.h"
-#include "integer/nearest.h"
-#include "integer/search.h"
-#include "integer/segment.h"
+#include "remesh/meetings/attempts.h"
+#include "remesh/quantise/circuits.h"
+#include "remesh/quantise/closed.h"
+#include "remesh/meetings/meetings.h"
+#include "remesh/quantise/nearest.h"
+#include "remesh/quantise/search.h"
+#include "remesh/meetings/segment.h"
 
 enum { LONG = 1000 };
 

@@ -1,5 +1,5 @@
 /* Components made straight from their triangles: topology, orientation, and when they are left to the fields. */
-#include "quad/minimal.h"
+#include "remesh/quads/minimal.h"
 #include "quadwright/quadwright.h"
 
 #include <setjmp.h>

@@ -3,7 +3,7 @@
 #include "suite.h"
 #include "unit_lattice.h"
 
-#include "integer/nudge.h"
+#include "remesh/quantise/nudge.h"
 
 enum { COLUMNS = 2, ROWS = 2 };
 

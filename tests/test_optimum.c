@@ -3,10 +3,10 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
-#include "integer/circuits.h"
-#include "integer/closed.h"
-#include "integer/network.h"
-#include "integer/decimated.h"
+#include "remesh/quantise/circuits.h"
+#include "remesh/quantise/closed.h"
+#include "remesh/quantise/network.h"
+#include "remesh/quantise/decimated.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

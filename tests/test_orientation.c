@@ -3,8 +3,8 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
-#include "field/connection.h"
-#include "field/curvature_diffusion.h"
+#include "remesh/field/connection.h"
+#include "remesh/field/curvature_diffusion.h"
 
 static const double PI = 3.14159265358979;
 

@@ -2,10 +2,10 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
-#include "quad/contract.h"
-#include "quad/extract.h"
-#include "quad/pair.h"
-#include "quad/topology.h"
+#include "remesh/quads/contract.h"
+#include "remesh/quads/extract.h"
+#include "remesh/quads/pair.h"
+#include "remesh/quads/topology.h"
 
 /* ---- topology of an edited triangle mesh, by counting */
 

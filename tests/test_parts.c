@@ -4,8 +4,8 @@
 #include "torture_shapes.h"
 #include "unit_shapes.h"
 
-#include "demand/shares.h"
-#include "mesh/working.h"
+#include "whole/shares.h"
+#include "remesh/working/working.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -2,11 +2,11 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
-#include "mesh/bvh.h"
-#include "quad/extract.h"
-#include "integer/embedding.h"
-#include "quad/relax.h"
-#include "quad/repair.h"
+#include "geometry/bvh.h"
+#include "remesh/quads/extract.h"
+#include "remesh/offsets/embedding.h"
+#include "remesh/relax/relax.h"
+#include "remesh/quads/repair.h"
 
 /* A grid of three times as many cells, most without width: d is 1 from every third column or row to the next, else 0.
  */

@@ -3,12 +3,12 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
-#include "integer/closed.h"
-#include "integer/flatten.h"
-#include "integer/quantise.h"
-#include "integer/decimated.h"
-#include "integer/narrow_bands.h"
-#include "integer/acute_corners.h"
+#include "remesh/quantise/closed.h"
+#include "remesh/quantise/flatten.h"
+#include "remesh/quantise/quantise.h"
+#include "remesh/quantise/decimated.h"
+#include "remesh/quantise/narrow_bands.h"
+#include "remesh/quantise/acute_corners.h"
 
 typedef struct solid {
     const char *name;

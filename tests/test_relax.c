@@ -3,13 +3,13 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
-#include "mesh/bvh.h"
-#include "quad/diagonals.h"
-#include "quad/relax.h"
-#include "quad/relax_align.h"
-#include "quad/relax_curves.h"
-#include "quad/relax_energy.h"
-#include "quad/relax_solve.h"
+#include "geometry/bvh.h"
+#include "remesh/relax/diagonals.h"
+#include "remesh/relax/relax.h"
+#include "remesh/relax/relax_align.h"
+#include "remesh/relax/relax_curves.h"
+#include "remesh/relax/relax_energy.h"
+#include "remesh/relax/relax_solve.h"
 
 static const qw_relax_target even = {.evenness = QW_EVENNESS};
 

@@ -3,10 +3,10 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
-#include "quad/components.h"
-#include "quad/uncovered.h"
-#include "quad/rounds.h"
-#include "mesh/flips.h"
+#include "remesh/quads/quad_components.h"
+#include "remesh/quads/uncovered.h"
+#include "remesh/quads/rounds.h"
+#include "geometry/flips.h"
 
 enum { AROUND = 24, ALONG = 12, FACES = AROUND * ALONG };
 

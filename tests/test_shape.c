@@ -1,8 +1,8 @@
 /* Whether quads follow the shape, on surfaces whose directions, patches and chords are known. */
-#include "mesh/base_complex.h"
-#include "mesh/curvature.h"
-#include "mesh/measure.h"
-#include "mesh/shape.h"
+#include "products/measure/base_complex.h"
+#include "geometry/curvature.h"
+#include "products/measure/measure.h"
+#include "products/measure/follow.h"
 
 #include <math.h>
 #include <setjmp.h>

@@ -2,9 +2,9 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
-#include "quad/count.h"
-#include "quad/simplify.c" /* the moves themselves */
-#include "quad/topology.h"
+#include "remesh/quads/count.h"
+#include "remesh/quads/simplify.c" /* the moves themselves */
+#include "remesh/quads/topology.h"
 
 static qw_quadmesh random_quads(qw_env *env, unit_rng *r)
 {

@@ -3,7 +3,7 @@
 #include "random.h"
 #include "suite.h"
 #include "shapes.h"
-#include "run/state.h"
+#include "run/dump.h"
 
 #include <math.h>
 #include <setjmp.h>

@@ -3,7 +3,7 @@
 
 #include "faults.h"
 #include "shapes.h"
-#include "symmetry/half.h"
+#include "whole/half.h"
 #include "torture_shapes.h"
 
 #include <math.h>

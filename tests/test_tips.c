@@ -2,8 +2,8 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
-#include "field/tips.h"
-#include "math/elementary.h"
+#include "remesh/sizes/tips.h"
+#include "base/elementary.h"
 
 enum { HORNS = 5 };
 static const float HEIGHT = 0.5f, WIDTH = 0.16f; /* of a horn; its half angle at the centre of the ball, radians */

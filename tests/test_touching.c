@@ -3,7 +3,7 @@
 #include "suite.h"
 #include "unit_lattice.h"
 
-#include "integer/touching.h"
+#include "remesh/quantise/touching.h"
 
 enum { MOST_POINTS = 400 };
 

@@ -1,11 +1,11 @@
 /* Adjacency, census and normals on small surfaces; the validator against each invariant broken by hand. */
 #include "random.h"
 #include "suite.h"
-#include "mesh/edges.h"
-#include "mesh/trimesh.h"
+#include "geometry/edges.h"
+#include "geometry/trimesh.h"
 
 #include "base/sort.h"
-#include "demand/sizes.h"
+#include "whole/sizes.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

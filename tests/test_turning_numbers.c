@@ -3,8 +3,8 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
-#include "integer/subdivide.h"
-#include "integer/turning_numbers.h"
+#include "remesh/offsets/subdivide.h"
+#include "remesh/offsets/turning_numbers.h"
 #include "solve/sat.h"
 
 #include <cmocka.h>

@@ -3,8 +3,8 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
-#include "integer/collapse.h"
-#include "quad/uncovered.h"
+#include "remesh/quantise/collapse.h"
+#include "remesh/quads/uncovered.h"
 
 /* One row of n quads over the unit square from x = 0 to x = width. */
 static qw_quadmesh ribbon(qw_env *env, uint32_t n, float width)

@@ -2,7 +2,7 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
-#include "mesh/unfold.h"
+#include "remesh/clean/unfold.h"
 #include "quadwright/quadwright.h"
 
 enum { CELLS = 6 };

@@ -1,13 +1,14 @@
-/* The working mesh and what it is made of: mesh/edit.c against the invariants of any triangle surface under random
- * operations, mesh/slide.c against brute force, and mesh/working.c on surfaces whose right answer is known. */
+/* The working mesh and what it is made of: geometry/tri_edit.c against the invariants of any triangle surface under
+ * random operations, geometry/slide.c against brute force, and remesh/working/working.c on surfaces whose right answer
+ * is known. */
 #include "faults.h"
 #include "random.h"
 #include "suite.h"
-#include "mesh/edit.h"
-#include "mesh/slide.h"
-#include "mesh/bvh.h"
-#include "mesh/cluster.h"
-#include "mesh/working.h"
+#include "geometry/tri_edit.h"
+#include "geometry/slide.h"
+#include "geometry/bvh.h"
+#include "remesh/working/cluster.h"
+#include "remesh/working/working.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -4,12 +4,12 @@
 #include "skin_check.h"
 #include "soups.h"
 #include "suite.h"
-#include "mesh/bvh.h"
-#include "mesh/distance.h"
-#include "wrap/exact.h"
-#include "wrap/points.h"
-#include "wrap/visible.h"
-#include "wrap/wrap.h"
+#include "geometry/bvh.h"
+#include "products/measure/distance.h"
+#include "products/wrap/predicates.h"
+#include "products/wrap/point_cloud.h"
+#include "products/wrap/visible.h"
+#include "products/wrap/wrap.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -1,6 +1,6 @@
 /* Positions as they are written: rounded where that is free, no quad degenerate. */
 #include "suite.h"
-#include "quad/written.h"
+#include "whole/written.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -4,7 +4,7 @@
 
 #include "unit_shapes.h"
 
-#include "quad/flip_repair.h"
+#include "remesh/relax/flip_repair.h"
 
 enum { BED = 12 };
 

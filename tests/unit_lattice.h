@@ -6,7 +6,7 @@
 #include "random.h"
 #include "unit_shapes.h"
 
-#include "integer/components.h"
+#include "remesh/quantise/complex_components.h"
 
 typedef struct unit_lattice {
     uint32_t nx, ny;

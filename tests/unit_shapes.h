@@ -3,13 +3,13 @@
 #define QW_TEST_UNIT_SHAPES_H
 
 #include "random.h"
-#include "field/orientation.h"
-#include "field/position.h"
-#include "integer/regular.h"
-#include "integer/subdivide.h"
-#include "integer/inversions.h"
-#include "mesh/quadmesh.h"
-#include "quad/edit.h"
+#include "remesh/field/orientation.h"
+#include "paper/multiresolution.h"
+#include "paper/position.h"
+#include "remesh/offsets/subdivide.h"
+#include "remesh/offsets/inversions.h"
+#include "geometry/quadmesh.h"
+#include "geometry/quad_edit.h"
 
 #include <math.h>
 #include <setjmp.h>

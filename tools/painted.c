@@ -8,7 +8,7 @@
 #include "base/env.h"
 #include "io/file.h"
 #include "io/pen.h"
-#include "math/elementary.h"
+#include "base/elementary.h"
 #include "png.h"
 
 #include <math.h>

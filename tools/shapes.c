@@ -4,7 +4,7 @@
  * tetrahedra around its diagonal, so the surface is a closed manifold by construction. The bracket and the sheet are
  * put together from square cells, some with a round hole, so that their sharp edges are exact. The knot and the strip
  * are parametric. FACES is met roughly: the resolution is a whole number. The same file on every machine. */
-#include "math/elementary.h"
+#include "base/elementary.h"
 
 #include <math.h>
 #include <stdbool.h>

@@ -1,11 +1,12 @@
 /* The public functions that remesh: contexts, stages, dumps, and the one-shot call. Files and measuring are in files.c,
- * options in base/options.c, dumps in state.c. */
+ * options in base/options.c, dumps in run/dump.c. */
 #include "api/context.h"
+#include "remesh.h"
 
-#include "base/view.h"
-#include "core/rims.h"
+#include "base/mesh_view.h"
+#include "whole/kept_rims.h"
 #include "io/soup.h"
-#include "run/state.h"
+#include "run/dump.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -179,7 +180,7 @@ qw_status qw_run_until(qw_context *context, const qw_options *options, qw_stage 
     if (!context->state.has_input)
         return qw_refuse(context, QW_NOT_READY, "there is no mesh yet: call qw_set_mesh first");
     context->told = 0;
-    return qw_done(context, qw_drive(&context->state, options, last));
+    return qw_done(context, qw_remesh_until(&context->state, options, last));
 }
 
 qw_status qw_run(qw_context *context, const qw_options *options)

@@ -3,8 +3,8 @@
 #include "api/asset.h"
 
 #include "api/context.h"
-#include "atlas/seen.h"
-#include "core/rims.h"
+#include "products/atlas/seen.h"
+#include "whole/kept_rims.h"
 
 #include <math.h>
 #include <string.h>

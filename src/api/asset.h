@@ -2,8 +2,8 @@
 #ifndef QW_API_ASSET_H
 #define QW_API_ASSET_H
 
-#include "atlas/atlas.h"
-#include "io/asset.h"
+#include "products/atlas/atlas.h"
+#include "io/asset_file.h"
 #include "api/context.h"
 
 /* Its arrays are blocks of the scope of the last stage, as this is. */

@@ -4,18 +4,18 @@
 
 #include "api/asset.h"
 
-#include "attributes/normals.h"
+#include "products/attributes/corner_normals.h"
 #include "base/constants.h"
 #include "base/printable.h"
-#include "base/view.h"
+#include "base/mesh_view.h"
 #include "api/context.h"
 #include "io/file.h"
 #include "io/number.h"
 #include "io/soup.h"
-#include "core/joined.h"
-#include "limit/cage.h"
-#include "limit/second_order.h"
-#include "mesh/bvh.h"
+#include "whole/joined.h"
+#include "products/limit/cage.h"
+#include "products/limit/second_order.h"
+#include "geometry/bvh.h"
 #include "api/loaded.h"
 
 #include <math.h>

@@ -1,8 +1,8 @@
 /* What is carried from the input of a context to its result. */
-#ifndef QW_ATTRIBUTES_H
-#define QW_ATTRIBUTES_H
+#ifndef QW_API_ATTRIBUTES_H
+#define QW_API_ATTRIBUTES_H
 
-#include "attributes/transfer.h"
+#include "products/attributes/transfer.h"
 #include "run/driver.h"
 
 typedef struct qw_carried {

@@ -3,10 +3,10 @@
 #include "api/attributes.h"
 #include "api/context.h"
 #include "api/loaded.h"
-#include "attributes/normals.h"
-#include "bake/maps.h"
-#include "bake/shading.h"
-#include "core/rims.h"
+#include "products/attributes/corner_normals.h"
+#include "products/bake/maps.h"
+#include "products/bake/shading.h"
+#include "whole/kept_rims.h"
 
 #include <stdio.h>
 #include <string.h>

@@ -1,9 +1,9 @@
 /* A context as the public functions hold it. */
-#ifndef QW_CONTEXT_H
-#define QW_CONTEXT_H
+#ifndef QW_API_CONTEXT_H
+#define QW_API_CONTEXT_H
 
 #include "run/driver.h"
-#include "symmetry/plane.h"
+#include "whole/plane.h"
 
 struct qw_context {
     qw_context_state state;

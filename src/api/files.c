@@ -1,11 +1,11 @@
 /* The public functions over files and measures. Each makes an environment of its own, so that they can be called
  * without a context and from any thread; a loaded mesh keeps its environment, which owns its arrays and its message. */
-#include "attributes/transfer.h"
-#include "base/view.h"
+#include "products/attributes/transfer.h"
+#include "base/mesh_view.h"
 #include "api/loaded.h"
 #include "io/soup.h"
-#include "wrap/points.h"
-#include "wrap/wrap.h"
+#include "products/wrap/point_cloud.h"
+#include "products/wrap/wrap.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -113,7 +113,7 @@ static void load_body(void *user)
     job->mesh->library = soup.library, job->mesh->gltf = soup.gltf, job->mesh->is_whole = true;
 }
 
-/* Points as a soup: src/wrap/points.h. */
+/* Points as a soup: src/products/wrap/point_cloud.h. */
 static void points_body(void *user)
 {
     load_job *job = user;

@@ -2,10 +2,10 @@
 #include "api/asset.h"
 #include "api/context.h"
 #include "api/loaded.h"
-#include "attributes/transfer.h"
-#include "base/view.h"
-#include "core/rims.h"
-#include "io/gltf.h"
+#include "products/attributes/transfer.h"
+#include "base/mesh_view.h"
+#include "whole/kept_rims.h"
+#include "io/gltf/gltf.h"
 
 #include <stdio.h>
 #include <string.h>

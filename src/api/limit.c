@@ -1,11 +1,11 @@
 /* The public functions over subdivision surfaces. */
 #include "api/context.h"
 #include "api/loaded.h"
-#include "base/view.h"
-#include "core/rims.h"
-#include "limit/cage.h"
-#include "limit/patch_blocks.h"
-#include "limit/patches.h"
+#include "base/mesh_view.h"
+#include "whole/kept_rims.h"
+#include "products/limit/cage.h"
+#include "products/limit/patch_blocks.h"
+#include "products/limit/patches.h"
 
 #include <string.h>
 

@@ -1,6 +1,6 @@
 /* A mesh that was read from a file. */
-#ifndef QW_LOADED_H
-#define QW_LOADED_H
+#ifndef QW_API_LOADED_H
+#define QW_API_LOADED_H
 
 #include "io/soup.h"
 

@@ -2,10 +2,10 @@
  */
 #include "api/context.h"
 #include "api/loaded.h"
-#include "base/view.h"
-#include "mesh/measure.h"
-#include "wrap/visible.h"
-#include "wrap/wrap.h"
+#include "base/mesh_view.h"
+#include "products/measure/measure.h"
+#include "products/wrap/visible.h"
+#include "products/wrap/wrap.h"
 
 #include <float.h>
 

@@ -1,12 +1,12 @@
 /* The public functions that steer a run: the cross field and the guides that a caller hands in, and the field that was
  * found. */
 #include "api/context.h"
-#include "core/cut.h"
-#include "core/mirror.h"
+#include "whole/cut.h"
+#include "whole/mirror.h"
 
-#include "attributes/crosses.h"
-#include "io/guides.h"
-#include "io/rosy.h"
+#include "products/attributes/crosses.h"
+#include "io/guides_file.h"
+#include "io/rosy_file.h"
 
 #include <assert.h>
 #include <math.h>

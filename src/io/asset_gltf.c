@@ -1,4 +1,4 @@
-#include "io/asset.h"
+#include "io/asset_file.h"
 
 #include <string.h>
 

@@ -1,4 +1,4 @@
-#include "io/asset.h"
+#include "io/asset_file.h"
 
 #include <stdio.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 #include "io/elements.h"
 
 #include "base/sort.h"
-#include "base/view.h"
+#include "base/mesh_view.h"
 #include "io/number.h"
 #include "io/pen.h"
 

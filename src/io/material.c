@@ -1,6 +1,6 @@
 #include "io/material.h"
 
-#include "io/gltf_document.h"
+#include "io/gltf/gltf_document.h"
 
 #include <stdio.h>
 

@@ -2,8 +2,8 @@
 #ifndef QW_IO_MATERIAL_H
 #define QW_IO_MATERIAL_H
 
-#include "io/gltf.h"
-#include "io/picture.h"
+#include "io/gltf/gltf.h"
+#include "io/pictures/picture.h"
 
 typedef struct qw_texture {
     uint32_t image;                      /* among the images of the list; QW_NONE: there is no texture */

@@ -6,7 +6,7 @@
  * those waits for the end.
  */
 #include "base/sort.h"
-#include "io/borders.h"
+#include "io/outlines.h"
 #include "io/build.h"
 #include "io/digits.h"
 #include "io/formats.h"

@@ -1,6 +1,6 @@
 /* Which format it is, and the reading of it. */
 #include "io/formats.h"
-#include "io/gltf.h"
+#include "io/gltf/gltf.h"
 
 #include <string.h>
 

@@ -4,7 +4,7 @@
 
 #include "base/env.h"
 
-typedef struct qw_gltf_rest qw_gltf_rest; /* io/gltf.h */
+typedef struct qw_gltf_rest qw_gltf_rest; /* io/gltf/gltf.h */
 
 typedef struct qw_soup {
     uint32_t vertex_count, face_count;

@@ -3,11 +3,11 @@
  * Vertices, then corners, are written in blocks of so many that their bytes fit into a buffer, several blocks at a time
  * on the run's threads; the buffers go to the file in order. Corners rather than faces, which may be of any size.
  */
-#include "base/view.h"
+#include "base/mesh_view.h"
 #include "io/elements.h"
 #include "io/file.h"
 #include "io/formats.h"
-#include "io/gltf.h"
+#include "io/gltf/gltf.h"
 #include "io/number.h"
 #include "io/soup.h"
 

@@ -1,7 +1,7 @@
 /* Meshes with attributes to files: OBJ, PLY and OFF. One element after the other, as such meshes are as small as what
  * is made of them. */
 #include "base/sort.h"
-#include "base/view.h"
+#include "base/mesh_view.h"
 #include "io/formats.h"
 #include "io/number.h"
 #include "io/soup.h"

@@ -1,14 +1,15 @@
 #include "base/report.h"
 #include "base/platform.h"
-#include "run/borders.h"
+#include "run/border_checks.h"
 #include "run/driver.h"
-#include "core/rims.h"
-#include "core/wrapped.h"
-#include "demand/fast.h"
+#include "run/stages/stages.h"
+#include "whole/kept_rims.h"
+#include "whole/wrapped.h"
+#include "whole/fast.h"
 
 #include "base/constants.h"
 #include "run/judge.h"
-#include "mesh/measure.h"
+#include "products/measure/measure.h"
 
 #include <assert.h>
 #include <string.h>
@@ -187,13 +188,6 @@ static uint32_t slot_of(qw_stage back)
     return slot;
 }
 
-static bool is_judged(qw_stage stage)
-{
-    for (int i = 0; i < QW_RETRIES; i++)
-        if (qw_retry_rows[i].after == stage) return true;
-    return false;
-}
-
 /* Whether no retry can go back to the loop's beginning any more once the run has passed `stage`. */
 static bool is_left(uint32_t slot, qw_stage stage)
 {
@@ -295,6 +289,7 @@ static void decide(qw_context_state *c, qw_stage stage, const qw_judgement *j)
 typedef struct stage_call {
     qw_context_state *c;
     qw_stage stage;
+    qw_stage_function function;
     qw_judgement judgement;
 } stage_call;
 
@@ -324,7 +319,7 @@ static void call_stage(void *user)
     stage_call *call = user;
     qw_context_state *c = call->c;
     qw_enter_stage(c->env, call->stage);
-    qw_stage_functions[call->stage](&c->run);
+    call->function(&c->run);
     if (QW_CHECKS_BORDERS) qw_check_border(&c->run, call->stage);
     if (call->stage == QW_STAGE_SURFACE) c->rounds = qw_rounds_begin(c->env);
     if (call->stage + 1 == QW_STAGE_COUNT) describe_result(&c->run);
@@ -342,22 +337,38 @@ static void add_up(qw_report *report)
     }
 }
 
-static qw_status run_stage(qw_context_state *c, qw_stage stage)
+/* Runs the next stage. */
+static qw_status run_call(qw_context_state *c, stage_call *call)
 {
-    stage_call call = {.c = c, .stage = stage};
+    qw_stage stage = call->stage;
     qw_stage_report *r = &c->report.stages[stage];
     double begin = qw_seconds_now();
     c->warnings_before[stage] = c->report.warning_count;
     qw_env_reset_peak(c->env);
     qw_scope_begin(c->env);
-    qw_status status = qw_protect(c->env, call_stage, &call);
+    qw_status status = qw_protect(c->env, call_stage, call);
     c->done = (int)stage + 1;
     r->seconds += qw_seconds_now() - begin;
     if (qw_env_peak(c->env) > r->peak_bytes) r->peak_bytes = qw_env_peak(c->env);
     add_up(&c->report);
-    if (status == QW_OK && is_judged(stage)) decide(c, stage, &call.judgement);
+    return status;
+}
+
+qw_status qw_run_stage(qw_context_state *c, qw_stage_function function)
+{
+    stage_call call = {.c = c, .stage = (qw_stage)c->done, .function = function};
+    qw_status status = run_call(c, &call);
+    if (status != QW_OK) discard_from(c, (int)call.stage);
+    return status;
+}
+
+qw_status qw_run_judged_stage(qw_context_state *c, qw_stage_function function)
+{
+    stage_call call = {.c = c, .stage = (qw_stage)c->done, .function = function};
+    qw_status status = run_call(c, &call);
+    if (status == QW_OK) decide(c, call.stage, &call.judgement);
     if (c->done == QW_STAGE_COUNT && !c->run.sides_meet) status = qw_protect(c->env, refuse_sides, c);
-    if (status != QW_OK && c->done > (int)stage) discard_from(c, (int)stage); /* it gives no verdict */
+    if (status != QW_OK && c->done > (int)call.stage) discard_from(c, (int)call.stage); /* it gives no verdict */
     return status;
 }
 
@@ -375,17 +386,18 @@ static void forget_candidates(qw_context_state *c)
     qw_report_forget(&c->report, back);
 }
 
-qw_status qw_drive(qw_context_state *c, const qw_options *options, qw_stage last)
+void qw_begin_drive(qw_context_state *c, const qw_options *options, qw_stage last)
 {
     forget_stale(c, options);
     c->used = *options;
     c->run.options = qw_without_slow(options);
     qw_env_set_threads(c->env, (uint32_t)options->threads);
-    bool runs = c->done <= (int)last;
-    if (runs) qw_env_reset_progress(c->env);
-    qw_status status = QW_OK;
-    while (status == QW_OK && c->done <= (int)last) status = run_stage(c, (qw_stage)c->done);
+    c->works = c->done <= (int)last;
+    if (c->works) qw_env_reset_progress(c->env);
+}
+
+void qw_end_drive(qw_context_state *c, qw_status status)
+{
     forget_candidates(c);
-    if (runs && status == QW_OK && c->done == QW_STAGE_COUNT) qw_progress_done(c->env);
-    return status;
+    if (c->works && status == QW_OK && c->done == QW_STAGE_COUNT) qw_progress_done(c->env);
 }

@@ -4,12 +4,12 @@
  * the memory that it lies in, so that the run can go on with it as if no other had followed. There is at most one for
  * each loop: for the retries that go back to REGULAR, to SCALE and to WORKING.
  */
-#ifndef QW_DRIVER_H
-#define QW_DRIVER_H
+#ifndef QW_RUN_DRIVER_H
+#define QW_RUN_DRIVER_H
 
-#include "quad/rounds.h"
-#include "remesh.h"
+#include "remesh/quads/rounds.h"
 #include "run/retry.h"
+#include "whole/state.h"
 
 typedef struct qw_attempt_result {
     uint32_t attempt; /* its number in the history, or QW_NO_ATTEMPT: none is kept */
@@ -23,8 +23,9 @@ typedef struct qw_context_state {
     qw_env *env;
     qw_run_state run;
     qw_report report;
-    int done; /* stages finished, in order: 0 .. QW_STAGE_COUNT; each has a memory scope of its own, opened in that
-                 order */
+    int done;   /* stages finished, in order: 0 .. QW_STAGE_COUNT; each has a memory scope of its own, opened in that
+                   order */
+    bool works; /* the present call has a stage to run */
     qw_options used;      /* the options that the finished stages ran with */
     qw_clean_input input; /* its arrays are blocks of the scope outside all stages */
     bool has_input;
@@ -42,7 +43,17 @@ typedef struct qw_context_state {
     qw_rounds rounds; /* what the rounds gave of each component; its arrays are in the scope of SURFACE */
 } qw_context_state;
 
-qw_status qw_drive(qw_context_state *c, const qw_options *options, qw_stage last);
+/* What remesh.c is made of: runs the next stage with its report, and for one that retries are judged after decides
+   whether the run goes on or back (run/retry.h). */
+typedef void (*qw_stage_function)(qw_run_state *run);
+qw_status qw_run_stage(qw_context_state *c, qw_stage_function function);
+qw_status qw_run_judged_stage(qw_context_state *c, qw_stage_function function);
+
+/* Before and after the stages of one call: discards those whose results the new options change, and then the attempts
+   that were kept. */
+void qw_begin_drive(qw_context_state *c, const qw_options *options, qw_stage last);
+void qw_end_drive(qw_context_state *c, qw_status status);
+
 /* Forgets the mesh and all that was made of it: the state of a context that has just been made. */
 void qw_forget_mesh(qw_context_state *c);
 

@@ -1,12 +1,12 @@
 #include "run/judge.h"
 
-#include "core/mirror.h"
+#include "whole/mirror.h"
 #include "base/promise.h"
-#include "stages/coverage.h"
-#include "mesh/flips.h"
-#include "quad/components.h"
-#include "quad/wanted.h"
-#include "demand/sizes.h"
+#include "run/stages/coverage.h"
+#include "geometry/flips.h"
+#include "remesh/quads/quad_components.h"
+#include "remesh/quads/wanted.h"
+#include "whole/sizes.h"
 
 #include <math.h>
 

@@ -1,10 +1,10 @@
 /* What an attempt was like, as far as a stage shows it. */
-#ifndef QW_JUDGE_H
-#define QW_JUDGE_H
+#ifndef QW_RUN_JUDGE_H
+#define QW_RUN_JUDGE_H
 
-#include "quad/rounds.h"
-#include "quad/topology.h"
-#include "run_state.h"
+#include "remesh/quads/rounds.h"
+#include "remesh/quads/topology.h"
+#include "whole/state.h"
 #include "run/retry.h"
 
 typedef struct qw_judgement {

@@ -5,10 +5,10 @@
  * can be seen there, and asks qw_next_step: either the run goes on, with this attempt or with an earlier one that was
  * kept, or it goes back with another plan, which begins the next attempt.
  */
-#ifndef QW_RETRY_H
-#define QW_RETRY_H
+#ifndef QW_RUN_RETRY_H
+#define QW_RUN_RETRY_H
 
-#include "plan.h"
+#include "whole/plan.h"
 
 #include "quadwright/quadwright.h"
 

@@ -6,7 +6,7 @@
  */
 #include "solve/flow.h"
 
-#include "math/elementary.h"
+#include "base/elementary.h"
 
 bool qw_flow_has_integer_program(void)
 {

@@ -4,5 +4,5 @@ include(/usr/share/emscripten/cmake/Modules/Platform/Emscripten.cmake)
 set(CMAKE_C_FLAGS_INIT "-msimd128")
 set(CMAKE_CXX_FLAGS_INIT "-msimd128")
 # This compiler makes wrong code of straight lines that it turns into vectors: the mean of four points had the z of the last in
-# quad/protrusions.c, so bytes differed from the other platforms'. An option, as it has to come after -O3, which switches that on.
+# remesh/quads/protrusions.c, so bytes differed from the other platforms'. An option, as it has to come after -O3, which switches that on.
 add_compile_options(-fno-slp-vectorize)

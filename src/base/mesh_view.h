@@ -1,0 +1,21 @@
+/* Meshes as callers hand them in: nothing about them is believed until qw_require_view has looked at every number. */
+#ifndef QW_BASE_MESH_VIEW_H
+#define QW_BASE_MESH_VIEW_H
+
+#include "base/env.h"
+
+/* Fails with QW_ARGUMENT (a wrong size stamp, a missing array, a face of fewer than three corners), QW_TOO_LARGE (more
+   corners than a uint32_t counts), QW_INDEX_RANGE or QW_NOT_FINITE, and names the element. what: "mesh", "input": for
+   the message. A mesh without faces passes. Returns the number of corners. */
+uint32_t qw_require_view(qw_env *env, const qw_mesh_view *view, const char *what);
+
+static inline uint32_t qw_view_face_size(const qw_mesh_view *view, uint32_t f)
+{
+    return view->face_sizes ? view->face_sizes[f] : view->uniform_face_size;
+}
+
+/* Texture coordinates of an attribute that differ by no more than this are the same: exporters and transforms round
+   them, now on this and now on that side of an edge. */
+float qw_rounding_of(const qw_attribute *a);
+
+#endif

@@ -1,0 +1,54 @@
+/* Small vectors. Single precision: geometry lives in a centred frame where the bounding box has diagonal 1. */
+#ifndef QW_BASE_VEC_H
+#define QW_BASE_VEC_H
+
+#include <math.h>
+
+typedef struct qw_vec3 {
+    float x, y, z;
+} qw_vec3;
+
+static inline qw_vec3 qw_v3(float x, float y, float z) { return (qw_vec3){x, y, z}; }
+static inline qw_vec3 qw_add(qw_vec3 a, qw_vec3 b) { return (qw_vec3){a.x + b.x, a.y + b.y, a.z + b.z}; }
+static inline qw_vec3 qw_sub(qw_vec3 a, qw_vec3 b) { return (qw_vec3){a.x - b.x, a.y - b.y, a.z - b.z}; }
+static inline qw_vec3 qw_scale(qw_vec3 a, float s) { return (qw_vec3){a.x * s, a.y * s, a.z * s}; }
+/* a + s b */
+static inline qw_vec3 qw_madd(qw_vec3 a, float s, qw_vec3 b)
+{
+    return (qw_vec3){a.x + s * b.x, a.y + s * b.y, a.z + s * b.z};
+}
+static inline float qw_dot(qw_vec3 a, qw_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+static inline double qw_dot_doubles(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static inline void qw_cross_doubles(const double a[3], const double b[3], double to[3])
+{
+    for (int k = 0; k < 3; k++) to[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+}
+static inline qw_vec3 qw_cross(qw_vec3 a, qw_vec3 b)
+{
+    return (qw_vec3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+static inline float qw_length2(qw_vec3 a) { return qw_dot(a, a); }
+static inline float qw_length(qw_vec3 a) { return sqrtf(qw_dot(a, a)); }
+static inline float qw_distance(qw_vec3 a, qw_vec3 b) { return qw_length(qw_sub(a, b)); }
+/* Unit vector along a, or zero where a is too short to have a direction. */
+static inline qw_vec3 qw_normalize(qw_vec3 a)
+{
+    float l = qw_length(a);
+    return l > 1e-30f ? qw_scale(a, 1.0f / l) : (qw_vec3){0, 0, 0};
+}
+static inline qw_vec3 qw_lerp(qw_vec3 a, qw_vec3 b, float t) { return qw_madd(qw_scale(a, 1.0f - t), t, b); }
+/* a without its part along the unit vector n */
+static inline qw_vec3 qw_reject(qw_vec3 a, qw_vec3 n) { return qw_madd(a, -qw_dot(a, n), n); }
+/* Any unit vector orthogonal to the unit vector n; continuous but on one half line. */
+static inline qw_vec3 qw_any_orthogonal(qw_vec3 n)
+{
+    qw_vec3 axis = fabsf(n.x) < fabsf(n.y) ? (fabsf(n.x) < fabsf(n.z) ? qw_v3(1, 0, 0) : qw_v3(0, 0, 1))
+                                           : (fabsf(n.y) < fabsf(n.z) ? qw_v3(0, 1, 0) : qw_v3(0, 0, 1));
+    return qw_normalize(qw_reject(axis, n));
+}
+
+#endif

@@ -1,0 +1,248 @@
+#include "geometry/weld.h"
+
+#include "base/sets.h"
+#include "base/elementary.h"
+#include "geometry/edges.h"
+
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+/* A table of vertices with open addressing, filled in vertex order, so that the result never depends on the hash. */
+typedef struct table {
+    uint32_t *slot; /* uint32_t[mask + 1], QW_NONE where free */
+    uint64_t mask;
+} table;
+
+static table new_table(qw_env *env, uint32_t entries)
+{
+    uint64_t size = 16;
+    while (size < 2 * (uint64_t)entries) size *= 2;
+    table t = {.slot = QW_NEW(env, uint32_t, size), .mask = size - 1};
+    memset(t.slot, 0xff, size * sizeof(uint32_t));
+    return t;
+}
+
+static inline uint64_t mix(uint64_t x)
+{
+    x ^= x >> 32;
+    x *= 0x9e3779b97f4a7c15u;
+    return x ^ x >> 29;
+}
+
+static inline uint64_t hash_position(const double *p)
+{
+    uint64_t h = 0;
+    for (int k = 0; k < 3; k++) {
+        double x = p[k] + 0.0; /* -0 becomes 0 */
+        uint64_t bits;
+        memcpy(&bits, &x, sizeof bits);
+        h = mix(h + bits);
+    }
+    return mix(h);
+}
+
+static uint32_t find_or_add(table *t, const double *position, uint32_t v)
+{
+    assert(t->slot && position);
+    const double *p = position + 3 * (size_t)v;
+    for (uint64_t i = hash_position(p) & t->mask;; i = (i + 1) & t->mask) {
+        uint32_t w = t->slot[i];
+        if (w == QW_NONE) return t->slot[i] = v;
+        const double *q = position + 3 * (size_t)w;
+        if (p[0] == q[0] && p[1] == q[1] && p[2] == q[2]) return w;
+    }
+}
+
+uint32_t qw_weld_equal(qw_env *env, const double *position, uint32_t vertex_count, const uint8_t *only,
+                       uint32_t *corner, uint32_t face_count)
+{
+    assert(position && corner);
+    uint32_t entries = 0, welded = 0;
+    for (uint32_t v = 0; v < vertex_count; v++) entries += !only || only[v];
+    qw_scope_begin(env);
+    table t = new_table(env, entries);
+    uint32_t *target = QW_NEW(env, uint32_t, vertex_count);
+    for (uint32_t v = 0; v < vertex_count; v++) {
+        target[v] = !only || only[v] ? find_or_add(&t, position, v) : v;
+        welded += target[v] != v;
+    }
+    for (size_t h = 0; welded && h < 3 * (size_t)face_count; h++) corner[h] = target[corner[h]];
+    qw_scope_end(env);
+    return welded;
+}
+
+/* ---- near weld */
+
+/* Boundary vertices in a grid, as chains of the vertices in one cell. Cells are several tolerances wide, so that the
+   box of one tolerance around a point mostly touches one cell. */
+typedef struct grid {
+    table heads;     /* one vertex of each cell */
+    uint32_t *chain; /* uint32_t[vertex_count]: another vertex of the same cell, or QW_NONE */
+    const double *position;
+    double cell, tolerance;
+} grid;
+
+static void cell_of(const grid *g, const double *p, double shift, int64_t *cell)
+{
+    for (int k = 0; k < 3; k++) cell[k] = (int64_t)qw_floor((p[k] + shift) / g->cell);
+}
+
+static uint32_t *head_of(grid *g, const int64_t *cell)
+{
+    uint64_t h = mix(mix(mix((uint64_t)cell[0]) + (uint64_t)cell[1]) + (uint64_t)cell[2]);
+    for (uint64_t i = h & g->heads.mask;; i = (i + 1) & g->heads.mask) {
+        uint32_t w = g->heads.slot[i];
+        if (w == QW_NONE) return &g->heads.slot[i];
+        int64_t own[3];
+        cell_of(g, g->position + 3 * (size_t)w, 0, own);
+        if (memcmp(own, cell, sizeof own) == 0) return &g->heads.slot[i];
+    }
+}
+
+/* Looks at the latest few of the cell only. There are more where the whole model is small against its bounding box,
+   because a stray face lies far away; there is nothing to be joined by this tolerance then. */
+static uint32_t join_with_cell(grid *g, const int64_t *cell, uint32_t v, uint32_t *parent)
+{
+    enum { LATEST = 64 };
+    const double *p = g->position + 3 * (size_t)v;
+    uint32_t joined = 0, w = *head_of(g, cell);
+    for (int i = 0; w != QW_NONE && i < LATEST; i++, w = g->chain[w]) {
+        const double *q = g->position + 3 * (size_t)w;
+        double x = p[0] - q[0], y = p[1] - q[1], z = p[2] - q[2];
+        if (x * x + y * y + z * z > g->tolerance * g->tolerance) continue;
+        joined += qw_join_sets(parent, v, w);
+    }
+    return joined;
+}
+
+/* Adds v to the grid and joins it with those already there. */
+static uint32_t join_neighbours(grid *g, uint32_t v, uint32_t *parent)
+{
+    assert(v != QW_NONE && g->tolerance >= 0);
+    const double *p = g->position + 3 * (size_t)v;
+    int64_t low[3], high[3], own[3], c[3];
+    uint32_t joined = 0;
+    cell_of(g, p, -g->tolerance, low);
+    cell_of(g, p, g->tolerance, high);
+    cell_of(g, p, 0, own);
+    for (c[0] = low[0]; c[0] <= high[0]; c[0]++)
+        for (c[1] = low[1]; c[1] <= high[1]; c[1]++)
+            for (c[2] = low[2]; c[2] <= high[2]; c[2]++) joined += join_with_cell(g, c, v, parent);
+    uint32_t *head = head_of(g, own);
+    g->chain[v] = *head;
+    *head = v;
+    return joined;
+}
+
+/* Marks vertices on edges with one side, in open (may be NULL); returns the number of such edges. */
+static uint64_t find_boundary(const qw_edges *edges, uint32_t vertex_count, uint8_t *open)
+{
+    uint64_t count = 0;
+    for (uint32_t v = 0; v < vertex_count; v++)
+        for (uint32_t i = edges->begin[v], end; i < edges->begin[v + 1]; i = end) {
+            end = qw_edge_end(edges, i, edges->begin[v + 1]);
+            if (end - i > 1) continue;
+            count++;
+            if (open) open[v] = open[qw_side_upper(edges->side[i])] = 1;
+        }
+    return count;
+}
+
+/* Joins close boundary vertices; returns the number of joins and the number of boundary edges before. */
+static uint32_t group_boundary(qw_env *env, const double *position, uint32_t vertex_count, double tolerance,
+                               const qw_edges *edges, uint32_t *parent, uint64_t *boundary)
+{
+    assert(tolerance >= 0);
+    uint8_t *open = QW_NEW_ZERO(env, uint8_t, vertex_count);
+    uint32_t count = 0, joined = 0;
+    *boundary = find_boundary(edges, vertex_count, open);
+    for (uint32_t v = 0; v < vertex_count; v++) count += open[v];
+    if (count == 0) return 0;
+    grid g = {.heads = new_table(env, count), .chain = QW_NEW(env, uint32_t, vertex_count), .position = position};
+    g.tolerance = tolerance;
+    g.cell = 8 * tolerance;
+    for (uint32_t v = 0; v < vertex_count; v++)
+        if (open[v]) joined += join_neighbours(&g, v, parent);
+    return joined;
+}
+
+/* Dissolves the groups whose roots are marked and clears the marks. */
+static void dissolve(uint32_t *parent, uint32_t vertex_count, uint8_t *bad)
+{
+    for (uint32_t v = 0; v < vertex_count; v++) parent[v] = qw_set_of(parent, v);
+    for (uint32_t v = vertex_count; v-- > 0;)
+        if (bad[parent[v]]) parent[v] = v; /* roots are lowest, so they are met last */
+    memset(bad, 0, vertex_count);
+}
+
+static void mark_collapsing(const uint32_t *corner, uint32_t face_count, uint32_t *parent, uint8_t *bad)
+{
+    for (uint32_t f = 0; f < face_count; f++) {
+        const uint32_t *c = corner + 3 * (size_t)f;
+        for (int i = 0; i < 3; i++) {
+            uint32_t a = qw_set_of(parent, c[i]);
+            if (a == qw_set_of(parent, c[(i + 1) % 3])) bad[a] = 1;
+        }
+    }
+}
+
+/* Marks the ends of edges with more than two sides, as far as they are groups; returns whether there are any. */
+static bool mark_crowded(const qw_edges *edges, uint32_t vertex_count, const uint8_t *grouped, uint8_t *bad)
+{
+    bool any = false;
+    for (uint32_t v = 0; v < vertex_count; v++)
+        for (uint32_t i = edges->begin[v], end; i < edges->begin[v + 1]; i = end) {
+            end = qw_edge_end(edges, i, edges->begin[v + 1]);
+            uint32_t w = qw_side_upper(edges->side[i]);
+            if (end - i <= 2 || (!grouped[v] && !grouped[w])) continue;
+            bad[v] = bad[w] = 1;
+            any = true;
+        }
+    return any;
+}
+
+/* Renames corners to their groups and dissolves groups at crowded edges, until none is left. Returns the number of
+   boundary edges then, or UINT64_MAX where there is no end to it. */
+static uint64_t settle_groups(qw_env *env, uint32_t vertex_count, const uint32_t *corner, uint32_t face_count,
+                              uint32_t *parent, uint8_t *bad, uint32_t *renamed)
+{
+    assert(renamed && bad);
+    enum { ROUNDS = 8 };
+    uint8_t *grouped = QW_NEW(env, uint8_t, vertex_count);
+    for (int round = 0; round < ROUNDS; round++) {
+        dissolve(parent, vertex_count, bad);
+        memset(grouped, 0, vertex_count);
+        for (uint32_t v = 0; v < vertex_count; v++)
+            if (parent[v] != v) grouped[parent[v]] = 1;
+        for (size_t h = 0; h < 3 * (size_t)face_count; h++) renamed[h] = parent[corner[h]];
+        qw_edges edges = qw_edges_build(env, renamed, face_count, vertex_count);
+        bool crowded = mark_crowded(&edges, vertex_count, grouped, bad);
+        uint64_t boundary = find_boundary(&edges, vertex_count, NULL);
+        qw_edges_free(env, &edges);
+        if (!crowded) return boundary;
+    }
+    return UINT64_MAX;
+}
+
+uint32_t qw_weld_near(qw_env *env, const double *position, uint32_t vertex_count, double tolerance,
+                      const qw_edges *edges, uint32_t *corner, uint32_t face_count)
+{
+    assert(tolerance >= 0 && edges);
+    qw_scope_begin(env);
+    uint32_t *parent = QW_NEW(env, uint32_t, vertex_count), welded = 0;
+    qw_sets_begin(parent, vertex_count);
+    uint64_t before;
+    uint32_t joined = group_boundary(env, position, vertex_count, tolerance, edges, parent, &before);
+    if (joined > 0) {
+        uint8_t *bad = QW_NEW_ZERO(env, uint8_t, vertex_count);
+        uint32_t *renamed = QW_NEW(env, uint32_t, 3 * (size_t)face_count);
+        mark_collapsing(corner, face_count, parent, bad);
+        if (settle_groups(env, vertex_count, corner, face_count, parent, bad, renamed) < before) {
+            memcpy(corner, renamed, 3 * (size_t)face_count * sizeof *corner);
+            for (uint32_t v = 0; v < vertex_count; v++) welded += parent[v] != v;
+        }
+    }
+    qw_scope_end(env);
+    return welded;
+}

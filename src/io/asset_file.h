@@ -1,0 +1,32 @@
+/* Maps as materials of files: a material for each tile. */
+#ifndef QW_IO_ASSET_FILE_H
+#define QW_IO_ASSET_FILE_H
+
+#include "io/gltf/gltf.h"
+#include "io/pictures/picture.h"
+
+/* The pictures of all tiles, and what is the same for a whole material where there is no map of it. */
+typedef struct qw_asset_look {
+    const qw_picture *picture; /* qw_picture[tiles][QW_MAP_COUNT]: without pixels: there is none */
+    uint32_t tiles;
+    float color[4], emission[3], roughness, metallic;
+    bool has_occlusion; /* in the first channel of QW_MAP_ORM */
+    int alpha;          /* 0 opaque, 1 cut off, 2 blended */
+    float cutoff;
+    bool double_sided;
+} qw_asset_look;
+
+/* What qw_put_gltf writes beside the mesh: one node, the materials, the pictures. translation: of the node, which the
+   coordinates are less in what is written. In the caller's scope. */
+qw_gltf_rest *qw_gltf_of_asset(qw_env *env, const qw_asset_look *look, const double translation[3]);
+
+/* The materials and pictures of several levels, the finest first, for qw_put_gltf_levels: those of one after those of
+   the other. In the caller's scope. */
+qw_gltf_rest *qw_gltf_of_looks(qw_env *env, const qw_asset_look *const *look, uint32_t count);
+
+/* Writes the pictures and an MTL beside an OBJ: NAME_color.png and so on, with .1001 and so on where there are several
+   tiles. Returns the name of the MTL without its folder; *names: char *[tiles], of the materials. In the caller's
+   scope. */
+const char *qw_write_mtl(qw_env *env, const char *obj_path, const qw_asset_look *look, const char ***names);
+
+#endif

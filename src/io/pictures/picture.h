@@ -1,0 +1,26 @@
+/* Pictures in memory, PNG files of them, and what is read of PNG, JPEG and WebP files. */
+#ifndef QW_IO_PICTURES_PICTURE_H
+#define QW_IO_PICTURES_PICTURE_H
+
+#include "io/file.h"
+#include "io/pen.h"
+
+typedef struct qw_picture {
+    uint32_t width, height, channels; /* channels: 1 to 4: grey, grey and alpha, RGB, RGBA */
+    uint32_t bits;                    /* 8 or 16 */
+    void *pixels;                     /* uint8_t or uint16_t[height][width][channels], the upper row first */
+} qw_picture;
+
+/* The bytes of a PNG file, behind what the pen has. */
+void qw_put_png(qw_env *env, const qw_picture *picture, qw_pen *pen);
+
+enum { QW_MOST_PIXELS_ALONG = 16384 };
+/* What the head of a PNG, JPEG or WebP file says of its size; false: it is none of them. */
+bool qw_picture_size(qw_bytes bytes, uint32_t *width, uint32_t *height);
+bool qw_reads_webp(void); /* whether this build does */
+/* Reads a PNG, JPEG or WebP file; at NULL pixels it cannot be, and *why says so. Larger ones than QW_MOST_PIXELS_ALONG
+   are refused before memory is asked for. Without stb_image or libwebp those of theirs can't be read. In the caller's
+   scope. */
+qw_picture qw_read_picture(qw_env *env, qw_bytes bytes, const char **why);
+
+#endif

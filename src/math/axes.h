@@ -1,9 +1,0 @@
-/* Principal axes of a symmetric matrix of three rows. */
-#ifndef QW_MATH_AXES_H
-#define QW_MATH_AXES_H
-
-/* Eigenvectors of m as the rows of axis, orthonormal, by Jacobi's rotations. The eigenvalues are left on m's diagonal,
-   in the same order; no order of theirs is promised. */
-void qw_principal_axes(double m[3][3], double axis[3][3]);
-
-#endif

@@ -1,0 +1,144 @@
+#include "products/atlas/atlas.h"
+
+#include "products/atlas/charts.h"
+#include "base/elementary.h"
+
+#include <string.h>
+
+typedef struct maker {
+    qw_env *env;
+    const qw_atlas_mesh *mesh;
+    const qw_charts_made *made;
+    qw_flat *flat;   /* qw_flat[charts] */
+    qw_piece *piece; /* qw_piece[charts] */
+    qw_atlas *atlas;
+} maker;
+
+static void turn(qw_flat *t, double angle)
+{
+    double c = qw_cos(angle), s = qw_sin(angle);
+    for (uint32_t v = 0; v < t->vertex_count; v++) {
+        double x = t->at[v][0], y = t->at[v][1];
+        t->at[v][0] = c * x - s * y, t->at[v][1] = s * x + c * y;
+    }
+}
+
+/* Charts as packing sees them, turned so that their rows run along the axes. local: uint32_t[corner_count], scratch. */
+static void take_pieces(maker *k, uint32_t *local)
+{
+    k->flat = QW_NEW(k->env, qw_flat, k->made->count), k->piece = QW_NEW(k->env, qw_piece, k->made->count);
+    for (uint32_t a = 0; a < k->made->count; a++) {
+        const qw_chart *c = &k->made->chart[a];
+        qw_flat *t = &k->flat[a];
+        *t = qw_flat_of(k->env, k->mesh, c->face, c->count, local);
+        for (uint32_t i = 0; i < t->corner_count; i++)
+            memcpy(t->at[t->vertex[i]], k->made->uv[t->place[i]], sizeof *t->at);
+        turn(t, -qw_flat_angle(t));
+        k->piece[a] = (qw_piece){.at = (const double(*)[2])t->at,
+                                 .point_count = t->vertex_count,
+                                 .triangle_count = t->triangle_count,
+                                 .corner = t->corner};
+    }
+}
+
+static void sum_stretch(maker *k)
+{
+    double total = 0;
+    for (uint32_t a = 0; a < k->made->count; a++) {
+        const qw_flat *t = &k->flat[a];
+        qw_stretch s = qw_flat_stretch(t);
+        if (k->made->chart[a].is_stub) s = (qw_stretch){.angle = 1, .area = 1};
+        k->atlas->angle += s.angle * t->total, k->atlas->area += s.area * t->total, total += t->total;
+    }
+    if (total > 0) k->atlas->angle /= total, k->atlas->area /= total;
+}
+
+static const double FILLED = 0.7; /* of the square, by charts that pack well */
+
+typedef struct trial {
+    maker k;
+    qw_pack_options pack;
+    uint32_t *local;
+} trial;
+
+static bool try_packing(void *user, const qw_charts_made *made)
+{
+    trial *t = user;
+    qw_scope_begin(t->k.env);
+    t->k.made = made;
+    take_pieces(&t->k, t->local);
+    double used = qw_pack(t->k.env, t->k.piece, made->count, &t->pack).used;
+    qw_scope_end(t->k.env);
+    return used >= FILLED;
+}
+
+/* Rounds a chart's place to whole multiples of the grid. at: double[vertex_count][2], within the tile; shift: of the
+   grid, below one of its steps. */
+static void round_chart(qw_flat *t, const double (*at)[2], const double shift[2])
+{
+    const double grid = 1.0 / (1 << QW_UV_BITS);
+    for (uint32_t v = 0; v < t->vertex_count; v++)
+        for (int r = 0; r < 2; r++) t->at[v][r] = qw_round_even(at[v][r] / grid + shift[r]) * grid;
+}
+
+/* Triangles that are hardly wider than a step of the grid, and parts of a boundary that are as near, may cross by
+   rounding alone: then the chart is rounded from other places within a step until none do. */
+static bool settle_chart(maker *k, qw_flat *t)
+{
+    enum { TRIES = 64 };
+    const double grid = 1.0 / (1 << QW_UV_BITS);
+    double(*at)[2] = qw_alloc(k->env, t->vertex_count, sizeof *at), shift[2] = {0, 0};
+    bool simple = false;
+    memcpy(at, t->at, t->vertex_count * sizeof *at);
+    for (int i = 0; i < TRIES && !simple; i++) {
+        round_chart(t, (const double(*)[2])at, shift);
+        simple = qw_flat_is_simple(k->env, t, grid);
+        for (int r = 0; r < 2; r++) { /* multiples of irrational numbers: spread evenly over the step */
+            shift[r] += r ? 0.5698402909980532 : 0.7548776662466927;
+            if (shift[r] >= 0.5) shift[r] -= 1;
+        }
+    }
+    qw_free(k->env, at);
+    return simple;
+}
+
+static void place_chart(maker *k, uint32_t a)
+{
+    qw_flat *t = &k->flat[a];
+    const qw_piece *p = &k->piece[a];
+    for (uint32_t v = 0; v < t->vertex_count; v++) {
+        double to[2];
+        qw_place_in_tile(p, k->atlas->packing.scale, t->at[v], to);
+        memcpy(t->at[v], to, sizeof to);
+    }
+    k->atlas->overlapping += !settle_chart(k, t);
+    for (uint32_t i = 0; i < t->corner_count; i++) {
+        float *uv = k->atlas->uv + 2 * (size_t)t->place[i];
+        uv[0] = (float)(t->at[t->vertex[i]][0] + p->tile), uv[1] = (float)t->at[t->vertex[i]][1];
+    }
+    for (uint32_t i = 0; i < k->made->chart[a].count; i++) k->atlas->chart[k->made->chart[a].face[i]] = a;
+}
+
+qw_atlas qw_make_atlas(qw_env *env, qw_atlas_mesh *mesh, const qw_atlas_options *options)
+{
+    qw_atlas atlas = {.uv = QW_NEW(env, float, 2 * (size_t)mesh->corner_count)};
+    atlas.chart = QW_NEW(env, uint32_t, mesh->face_count);
+    qw_scope_begin(env);
+    uint32_t *local = QW_NEW(env, uint32_t, mesh->corner_count);
+    maker k = {.env = env, .mesh = mesh, .atlas = &atlas};
+    trial t = {.k = k, .pack = options->pack, .local = local};
+    t.pack.is_untold = true, t.pack.scale = 0, t.pack.enough = FILLED;
+    qw_charts_made made = qw_make_charts(env, mesh, options->most_stretch, options->weight, options->mirror,
+                                         try_packing, &t);
+    k.made = &made;
+    take_pieces(&k, local);
+    sum_stretch(&k);
+    atlas.charts = made.count, atlas.patches = made.patches;
+    atlas.packing = qw_pack(env, k.piece, made.count, &options->pack);
+    for (uint32_t a = 0; a < made.count; a++) place_chart(&k, a);
+    for (uint32_t c = 0; c < mesh->corner_count; c++)
+        if (mesh->seam[c] && mesh->twin[c] != QW_NONE && c < mesh->twin[c])
+            atlas.seam_length += qw_atlas_edge_length(mesh, c);
+    qw_scope_end(env);
+    return atlas;
+}

@@ -1,0 +1,70 @@
+/* One chart laid flat: a disk of triangles, or one with holes, each with its shape in space, and coordinates in the
+ * plane.
+ *
+ * All steps work on the stretch of the linear map from each triangle in space to the plane: its singular values s1 >=
+ * s2. Lengths in the plane are those in space where both are 1.
+ */
+#ifndef QW_PRODUCTS_ATLAS_FLAT_H
+#define QW_PRODUCTS_ATLAS_FLAT_H
+
+#include "products/atlas/seams.h"
+#include "solve/envelope.h"
+
+typedef struct qw_flat {
+    uint32_t vertex_count, triangle_count, rim_count, corner_count, loops;
+    uint32_t *corner;  /* uint32_t[triangle_count][3]: vertices, counter-clockwise */
+    double (*rest)[3]; /* double[triangle_count][3]: its corners in space lie at (0, 0), (x, 0), (y, z) */
+    double *area;      /* double[triangle_count]: in space; 0: degenerate, and left out */
+    double total;      /* sum of the areas */
+    double (*at)[2];   /* double[vertex_count][2] */
+    uint32_t *rim; /* uint32_t[rim_count]: where each edge of the boundary begins: loops one after the other, the chart
+                      on their left */
+    uint32_t *rim_to;   /* uint32_t[rim_count]: and where it ends */
+    uint32_t *place;    /* uint32_t[corner_count]: corner of the mesh, corners of the chart's faces in their order */
+    uint32_t *vertex;   /* uint32_t[corner_count]: vertex of each of these */
+    uint32_t *next;     /* uint32_t[corner_count]: the next corner of the same face, among these */
+    qw_envelope matrix; /* Laplacian, with the last triangle's first vertex held */
+    uint32_t held;
+} qw_flat;
+
+/* face: uint32_t[count], of one chart. local: uint32_t[mesh->corner_count], scratch. The coordinates are not
+   set. In the caller's scope. */
+qw_flat qw_flat_of(qw_env *env, const qw_atlas_mesh *mesh, const uint32_t *face, uint32_t count, uint32_t *local);
+
+/* Whether it is a disk, or one with holes: then what is counter-clockwise and has a boundary that crosses nothing
+   covers no point twice. The turnings of the loops sum up to the Euler number, so that one is counter-clockwise and all
+   others are not, and a point is covered as often as the first goes around it less the others. */
+bool qw_flat_is_planar(const qw_flat *flat);
+
+/* Tutte 1963, of a disk: the boundary on a circle, each other vertex at the mean of its neighbours. No triangle is
+ * inverted. */
+void qw_flat_on_circle(qw_env *env, qw_flat *flat);
+/* As rigid as possible (Liu et al. 2008): each step fits a rotation to each triangle, then places the vertices. */
+void qw_flat_rigid(qw_env *env, qw_flat *flat, uint32_t steps);
+/* Lowers the symmetric Dirichlet energy by steps that are Laplacians of its gradient (Kovalsky et al. 2016), each as
+   long as lowers it and inverts no triangle. None may be inverted on entry. */
+void qw_flat_lower(qw_env *env, qw_flat *flat, uint32_t steps);
+/* Scales it so that the areas in the plane are those in space, in all. */
+void qw_flat_scale(qw_flat *flat);
+/* Scales a flattening without inverted triangles so that its symmetric Dirichlet energy is least. */
+void qw_flat_scale_best(qw_flat *flat);
+
+/* The angle of the rows: that of the edges, but for quarter turns, in the mean. */
+double qw_flat_angle(const qw_flat *flat);
+/* Width and height, turned back by an angle. */
+void qw_flat_box(const qw_flat *flat, double angle, double size[2]);
+
+typedef struct qw_stretch {
+    uint32_t inverted; /* triangles */
+    double angle;      /* mean of s1 / s2, by area in space */
+    double area;       /* mean of the larger of s1 s2 and 1 / (s1 s2) */
+    double most;       /* largest of s1 and 1 / s2 of all triangles */
+    double mean;       /* mean of that */
+} qw_stretch;
+qw_stretch qw_flat_stretch(const qw_flat *flat);
+
+/* Whether triangles and boundary cross nothing, exactly, of the coordinates rounded to whole multiples of `grid`: then
+   no two points of the chart lie at one place. */
+bool qw_flat_is_simple(qw_env *env, const qw_flat *flat, double grid);
+
+#endif

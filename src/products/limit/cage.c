@@ -1,0 +1,109 @@
+#include "products/limit/cage.h"
+
+#include "products/limit/stencils.h"
+#include "geometry/polygons.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- from a view */
+
+static void require_quads(qw_env *env, const qw_mesh_view *cage)
+{
+    for (uint32_t f = 0; f < cage->face_count; f++)
+        if ((cage->face_sizes ? cage->face_sizes[f] : cage->uniform_face_size) != 4)
+            qw_fail(env, QW_ARGUMENT, f, "face %u is no quad: the limit surface is that of quads", f);
+}
+
+static void link_quads(qw_env *env, qw_quadmesh *q, const qw_polygon_edges *e)
+{
+    for (uint32_t i = 0; i < e->edge_count; i++) {
+        uint32_t begin = e->edge_begin[i], count = e->edge_begin[i + 1] - begin, a = e->sorted[begin];
+        q->twin[a] = QW_NONE;
+        if (count == 1) continue;
+        uint32_t b = e->sorted[begin + 1];
+        if (count > 2 || q->corner[a] == q->corner[b])
+            qw_fail(env, QW_ARGUMENT, a / 4,
+                    "face %u has an edge of more than two faces, or of two that are turned unlike", a / 4);
+        q->twin[a] = b, q->twin[b] = a;
+    }
+}
+
+static uint64_t key_of(uint32_t a, uint32_t b) { return a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a; }
+
+/* The first of the edges, which are sorted by their ends, that is not below the key. */
+static uint32_t find_edge(const qw_quadmesh *q, const qw_polygon_edges *e, uint64_t key)
+{
+    uint32_t low = 0, high = e->edge_count;
+    while (low < high) {
+        uint32_t middle = low + (high - low) / 2, h = e->sorted[e->edge_begin[middle]];
+        if (key_of(q->corner[h], q->corner[qw_quad_next(h)]) < key) low = middle + 1;
+        else high = middle;
+    }
+    return low;
+}
+
+static void take_marks(qw_env *env, const qw_mesh_view *cage, qw_quadmesh *q, const qw_polygon_edges *e)
+{
+    for (uint32_t m = 0; m < cage->marked_edge_count; m++) {
+        uint32_t a = cage->marked_edges[2 * (size_t)m], b = cage->marked_edges[2 * (size_t)m + 1];
+        if (a == b) {
+            q->kind[a] = QW_VERTEX_CORNER;
+            continue;
+        }
+        uint32_t i = find_edge(q, e, key_of(a, b)), h = i < e->edge_count ? e->sorted[e->edge_begin[i]] : QW_NONE;
+        if (h == QW_NONE || key_of(q->corner[h], q->corner[qw_quad_next(h)]) != key_of(a, b))
+            qw_fail(env, QW_ARGUMENT, m, "the marked edge %u from vertex %u to %u is no edge of the mesh", m, a, b);
+        q->mark[h] = QW_MARK_FEATURE;
+        if (q->twin[h] != QW_NONE) q->mark[q->twin[h]] = QW_MARK_FEATURE;
+    }
+}
+
+qw_mesh_view qw_limit_of_cage(qw_env *env, const qw_mesh_view *cage, uint32_t times)
+{
+    require_quads(env, cage);
+    qw_polygon_edges e = qw_find_polygon_edges(env, cage);
+    qw_quadmesh q = {.vertex_count = cage->vertex_count, .face_count = cage->face_count};
+    q.corner = QW_NEW(env, uint32_t, 4 * (size_t)q.face_count),
+    q.twin = QW_NEW(env, uint32_t, 4 * (size_t)q.face_count);
+    q.kind = QW_NEW_ZERO(env, uint8_t, q.vertex_count), q.mark = QW_NEW_ZERO(env, uint8_t, 4 * (size_t)q.face_count);
+    memcpy(q.corner, cage->corners, 4 * (size_t)q.face_count * sizeof *q.corner);
+    link_quads(env, &q, &e);
+    take_marks(env, cage, &q, &e);
+    double *position = QW_NEW(env, double, 3 * (size_t)q.vertex_count);
+    memcpy(position, cage->positions, 3 * (size_t)q.vertex_count * sizeof *position);
+    for (uint32_t k = 0; k <= times; k++) {
+        qw_stencils rows = k < times ? qw_split_stencils(env, &q) : qw_limit_stencils(env, &q);
+        double *next = QW_NEW(env, double, 3 * (size_t)rows.row_count);
+        qw_stencils_apply(env, &rows, position, next);
+        qw_free(env, position);
+        position = next;
+        if (k < times) q = qw_split_quads(env, &q);
+    }
+    return (qw_mesh_view){.size = sizeof(qw_mesh_view),
+                          .vertex_count = q.vertex_count,
+                          .face_count = q.face_count,
+                          .uniform_face_size = 4,
+                          .positions = position,
+                          .corners = q.corner};
+}
+
+/* ---- to a view */
+
+uint32_t *qw_list_creases(qw_env *env, const qw_quadmesh *q, uint32_t *count)
+{
+    *count = 0;
+    uint32_t most = 0;
+    uint8_t *rule = qw_find_rules(env, q, NULL);
+    for (uint32_t h = 0; h < 4 * q->face_count; h++) most += q->mark && q->mark[h] && q->twin[h] != QW_NONE;
+    for (uint32_t v = 0; v < q->vertex_count; v++) most += 2 * (rule[v] == QW_RULE_CORNER);
+    uint32_t *list = most ? QW_NEW(env, uint32_t, 2 * (size_t)most) : NULL, at = 0;
+    for (uint32_t h = 0; q->mark && h < 4 * q->face_count; h++)
+        if (q->mark[h] && q->twin[h] != QW_NONE && h < q->twin[h])
+            list[2 * at] = q->corner[h], list[2 * at++ + 1] = q->corner[qw_quad_next(h)];
+    for (uint32_t v = 0; v < q->vertex_count; v++)
+        if (rule[v] == QW_RULE_CORNER) list[2 * at] = list[2 * at + 1] = v, at++;
+    *count = at;
+    qw_free(env, rule);
+    return list;
+}

@@ -1,0 +1,160 @@
+/* Lines go straight on by next, twin, next: on a regular vertex that is a permutation of the half-edges, so that all
+ * lines together visit each half-edge at most once. Patches and chords are sets joined across edges.
+ */
+#include "products/measure/base_complex.h"
+
+#include "base/sets.h"
+#include "base/sort.h"
+#include "geometry/quadmesh.h"
+
+#include <assert.h>
+
+static void find_quads(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, qw_base_complex *b)
+{
+    for (uint32_t f = 0; f < mesh->face_count; f++) b->quads += edges->face_begin[f + 1] - edges->face_begin[f] == 4;
+    b->face = QW_NEW(env, uint32_t, b->quads);
+    b->corner = QW_NEW(env, uint32_t, 4 * (size_t)b->quads);
+    uint32_t q = 0;
+    for (uint32_t f = 0; f < mesh->face_count; f++) {
+        uint32_t begin = edges->face_begin[f];
+        if (edges->face_begin[f + 1] - begin != 4) continue;
+        for (uint32_t i = 0; i < 4; i++) b->corner[4 * (size_t)q + i] = mesh->corners[begin + i];
+        b->face[q++] = f;
+    }
+}
+
+/* Pairs the quads' half-edges where an edge has exactly two, of opposite directions. */
+static void find_twins(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, qw_base_complex *b)
+{
+    assert(b->face && b->corner && edges->edge_begin);
+    uint32_t *quad_of = QW_NEW(env, uint32_t, mesh->face_count);
+    for (uint32_t f = 0; f < mesh->face_count; f++) quad_of[f] = QW_NONE;
+    for (uint32_t q = 0; q < b->quads; q++) quad_of[b->face[q]] = q;
+    b->twin = QW_NEW(env, uint32_t, 4 * (size_t)b->quads);
+    for (uint32_t h = 0; h < 4 * b->quads; h++) b->twin[h] = QW_NONE;
+    for (uint32_t e = 0; e < edges->edge_count; e++) {
+        uint32_t side[2] = {QW_NONE, QW_NONE}, count = 0;
+        for (uint32_t i = edges->edge_begin[e]; i < edges->edge_begin[e + 1]; i++) {
+            uint32_t c = edges->sorted[i], f = edges->face[c];
+            if (quad_of[f] == QW_NONE) continue;
+            if (count < 2) side[count] = 4 * quad_of[f] + (c - edges->face_begin[f]);
+            count++;
+        }
+        if (count != 2 || b->corner[side[0]] == b->corner[side[1]]) continue;
+        b->twin[side[0]] = side[1];
+        b->twin[side[1]] = side[0];
+    }
+    qw_free(env, quad_of);
+}
+
+typedef struct grid_vertices {
+    uint8_t *rim;     /* uint8_t[vertex_count]: on a boundary of the quads */
+    uint8_t *special; /* uint8_t[vertex_count] */
+} grid_vertices;
+
+static grid_vertices find_special(qw_env *env, const qw_base_complex *b, uint32_t vertex_count)
+{
+    assert(b->corner && b->twin);
+    grid_vertices v = {QW_NEW_ZERO(env, uint8_t, vertex_count), QW_NEW_ZERO(env, uint8_t, vertex_count)};
+    uint32_t *valence = QW_NEW_ZERO(env, uint32_t, vertex_count);
+    for (uint32_t h = 0; h < 4 * b->quads; h++) {
+        valence[b->corner[h]]++;
+        if (b->twin[h] == QW_NONE) v.rim[b->corner[h]] = v.rim[b->corner[qw_quad_next(h)]] = 1;
+    }
+    for (uint32_t i = 0; i < vertex_count; i++) v.special[i] = valence[i] > 0 && valence[i] != (v.rim[i] ? 2 : 4);
+    qw_free(env, valence);
+    return v;
+}
+
+/* Marks the line that leaves along h, up to the vertex where it ends. */
+static void mark_line(const qw_base_complex *b, const grid_vertices *v, uint32_t h)
+{
+    assert(h < 4 * b->quads);
+    for (uint32_t steps = 0; steps < 4 * b->quads; steps++) {
+        b->line[h] = 1;
+        if (b->twin[h] != QW_NONE) b->line[b->twin[h]] = 1;
+        uint32_t next = qw_quad_next(h), end = b->corner[next];
+        if (v->special[end] || v->rim[end] || b->twin[next] == QW_NONE) return;
+        h = qw_quad_next(b->twin[next]);
+    }
+}
+
+static void find_lines(qw_env *env, qw_base_complex *b, uint32_t vertex_count)
+{
+    grid_vertices v = find_special(env, b, vertex_count);
+    b->line = QW_NEW_ZERO(env, uint8_t, 4 * (size_t)b->quads);
+    for (uint32_t h = 0; h < 4 * b->quads; h++) {
+        if (b->twin[h] == QW_NONE) b->line[h] = 1;
+        if (v.special[b->corner[h]]) mark_line(b, &v, h);
+    }
+    qw_free(env, v.rim), qw_free(env, v.special);
+}
+
+static void count_patches(qw_env *env, qw_base_complex *b)
+{
+    assert(b->line && b->twin);
+    uint32_t *set = QW_NEW(env, uint32_t, b->quads);
+    qw_sets_begin(set, b->quads);
+    b->patches = b->quads;
+    for (uint32_t h = 0; h < 4 * b->quads; h++)
+        if (!b->line[h] && b->twin[h] != QW_NONE) b->patches -= qw_join_sets(set, h / 4, b->twin[h] / 4);
+    qw_free(env, set);
+}
+
+/* The direction of its quad that half-edge h is crossed in, as 2 quad + direction. */
+static uint32_t direction_of(uint32_t h) { return h / 4 * 2 + (h & 1); }
+
+/* Gives the sets of directions numbers by falling size. */
+static void number_chords(qw_env *env, qw_base_complex *b, uint32_t *set, uint32_t *size)
+{
+    uint64_t *order = QW_NEW(env, uint64_t, b->chord_count);
+    uint32_t n = 0;
+    for (uint32_t c = 0; c < 2 * b->quads; c++)
+        if (size[c]) order[n++] = (uint64_t)(UINT32_MAX - size[c]) << 32 | c;
+    assert(n == b->chord_count);
+    qw_sort_u64(order, n);
+    b->length = QW_NEW(env, uint32_t, n);
+    for (uint32_t i = 0; i < n; i++) {
+        uint32_t root = (uint32_t)order[i];
+        b->length[i] = size[root];
+        size[root] = i; /* from here on its number */
+    }
+    for (uint32_t c = 0; c < 2 * b->quads; c++) b->chord[c] = size[qw_set_of(set, c)];
+    qw_free(env, order);
+}
+
+static void count_crossing(qw_env *env, qw_base_complex *b)
+{
+    uint8_t *crosses = QW_NEW_ZERO(env, uint8_t, b->chord_count);
+    for (uint32_t q = 0; q < b->quads; q++)
+        if (b->chord[2 * q] == b->chord[2 * q + 1]) crosses[b->chord[2 * q]] = 1;
+    for (uint32_t i = 0; i < b->chord_count; i++) b->crossing += crosses[i];
+    qw_free(env, crosses);
+}
+
+static void find_chords(qw_env *env, qw_base_complex *b)
+{
+    uint32_t directions = 2 * b->quads;
+    uint32_t *set = QW_NEW(env, uint32_t, directions), *size = QW_NEW_ZERO(env, uint32_t, directions);
+    qw_sets_begin(set, directions);
+    b->chord_count = directions;
+    for (uint32_t h = 0; h < 4 * b->quads; h++)
+        if (b->twin[h] != QW_NONE) b->chord_count -= qw_join_sets(set, direction_of(h), direction_of(b->twin[h]));
+    for (uint32_t c = 0; c < directions; c++) size[qw_set_of(set, c)]++;
+    b->chord = QW_NEW(env, uint32_t, directions);
+    number_chords(env, b, set, size);
+    count_crossing(env, b);
+    qw_free(env, set), qw_free(env, size);
+}
+
+qw_base_complex qw_find_base_complex(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges)
+{
+    assert(edges->face_begin && edges->sorted);
+    qw_base_complex b = {0};
+    find_quads(env, mesh, edges, &b);
+    find_twins(env, mesh, edges, &b);
+    find_lines(env, &b, mesh->vertex_count);
+    count_patches(env, &b);
+    find_chords(env, &b);
+    return b;
+}

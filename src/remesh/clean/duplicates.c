@@ -1,0 +1,143 @@
+/* Faces that lie on one another.
+ *
+ * Of equal faces the first of the file stays that is turned as most of them. Where they come in pairs of opposite
+ * orientation they may also enclose nothing: edge collapses of scans leave flaps, one or two triangles written from
+ * both sides and hanging on a closed surface by an edge with four sides. Keeping one side of a flap would tear it off
+ * as a sheet of its own; a small one goes with both sides. Double-sided sheets that are larger, that stand alone, or
+ * that close a hole keep one side. */
+#include "remesh/clean/sheets.h"
+
+#include "base/sets.h"
+#include "base/sort.h"
+#include "geometry/trimesh.h"
+
+#include <assert.h>
+
+/* Most area of a flap, as a share of the square of the bounding box's diagonal: a hundredth of it wide and long. */
+static const double FLAP_AREA = 1e-4;
+
+enum {
+    SINGLE = 0,
+    DROPPED = QW_FACE_DROPPED,
+    HOLLOW = QW_FACE_BOTH
+}; /* HOLLOW: stays so far, for as many faces one way as the other */
+
+/* Equal faces share all three edges; looking only at the edge between their two lower vertices finds each once. Sorted
+   by apex (the third vertex), equals are neighbours, the first of the file in front. Returns the number of faces
+   dropped. */
+static uint32_t drop_at_edge(const qw_sheets *s, const uint64_t *side, uint32_t count, uint64_t *by_apex, uint8_t *kind)
+{
+    assert(count > 1 && side && by_apex);
+    uint32_t dropped = 0, n = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t h = qw_side_half(side[i]), apex = s->corner[qw_prev(h)];
+        if (apex > qw_side_upper(side[i])) by_apex[n++] = (uint64_t)apex << 32 | h;
+    }
+    qw_sort_u64(by_apex, n);
+    for (uint32_t i = 0, end; i < n; i = end) {
+        uint32_t first = (uint32_t)by_apex[i], other = first, alike = 1;
+        for (end = i + 1; end < n && by_apex[end] >> 32 == by_apex[i] >> 32; end++) {
+            uint32_t h = (uint32_t)by_apex[end];
+            kind[h / 3] = DROPPED;
+            if (s->corner[h] == s->corner[first]) alike++;
+            else if (other == first) other = h;
+            dropped++;
+        }
+        if (2 * alike < end - i) kind[first / 3] = DROPPED, kind[other / 3] = SINGLE;
+        if (2 * alike == end - i) kind[first / 3] = HOLLOW;
+    }
+    return dropped;
+}
+
+static uint32_t drop_equals(qw_env *env, const qw_sheets *s, const qw_edges *edges, uint8_t *kind)
+{
+    size_t capacity = 0;
+    uint64_t *by_apex = NULL;
+    uint32_t dropped = 0;
+    for (uint32_t v = 0; v < s->vertex_count; v++)
+        for (uint32_t i = edges->begin[v], end; i < edges->begin[v + 1]; i = end) {
+            end = qw_edge_end(edges, i, edges->begin[v + 1]);
+            if (end - i == 1) continue;
+            by_apex = qw_grow(env, by_apex, &capacity, end - i, sizeof *by_apex);
+            dropped += drop_at_edge(s, edges->side + i, end - i, by_apex, kind);
+        }
+    return dropped;
+}
+
+/* ---- flaps */
+
+/* Connected sets of hollow faces, as union-find trees over the faces; the members below belong to the root. */
+typedef struct flaps {
+    uint32_t *parent; /* uint32_t[face_count] */
+    double *area;     /* double[face_count] */
+    uint8_t *loose;   /* uint8_t[face_count]: 1 hangs on other faces; 2 an odd number of them, which need it */
+} flaps;
+
+static double area_of(const qw_sheets *s, uint32_t f)
+{
+    assert(f < s->face_count);
+    const uint32_t *c = s->corner + 3 * (size_t)f;
+    const double *p = s->position + 3 * (size_t)c[0], *q = s->position + 3 * (size_t)c[1],
+                 *r = s->position + 3 * (size_t)c[2];
+    double sum = 0;
+    for (int k = 0; k < 3; k++) {
+        int i = (k + 1) % 3, j = (k + 2) % 3;
+        double n = (q[i] - p[i]) * (r[j] - p[j]) - (q[j] - p[j]) * (r[i] - p[i]);
+        sum += n * n;
+    }
+    return sqrt(sum) / 2;
+}
+
+/* Calls for each edge: joins its hollow faces (judge false), or tells their flap how many other faces there are (judge
+ * true). */
+static void visit_edge(flaps *t, const uint8_t *kind, const uint64_t *side, uint32_t count, bool judge)
+{
+    assert(count > 1);
+    uint32_t hollow = QW_NONE, others = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t f = qw_side_half(side[i]) / 3;
+        others += kind[f] == SINGLE;
+        if (kind[f] != HOLLOW) continue;
+        if (hollow != QW_NONE) qw_join_sets(t->parent, f, hollow);
+        hollow = qw_set_of(t->parent, f);
+    }
+    if (judge && hollow != QW_NONE) t->loose[hollow] |= others % 2 == 1 ? 2 : others > 0;
+}
+
+static void visit_edges(flaps *t, const qw_sheets *s, const qw_edges *edges, const uint8_t *kind, bool judge)
+{
+    for (uint32_t v = 0; v < s->vertex_count; v++)
+        for (uint32_t i = edges->begin[v], end; i < edges->begin[v + 1]; i = end) {
+            end = qw_edge_end(edges, i, edges->begin[v + 1]);
+            if (end - i > 1) visit_edge(t, kind, edges->side + i, end - i, judge);
+        }
+}
+
+static uint32_t drop_flaps(qw_env *env, const qw_sheets *s, const qw_edges *edges, uint8_t *kind)
+{
+    flaps t = {.parent = QW_NEW(env, uint32_t, s->face_count), .area = QW_NEW_ZERO(env, double, s->face_count)};
+    t.loose = QW_NEW_ZERO(env, uint8_t, s->face_count);
+    qw_sets_begin(t.parent, s->face_count);
+    visit_edges(&t, s, edges, kind, false);
+    visit_edges(&t, s, edges, kind, true);
+    for (uint32_t f = 0; f < s->face_count; f++)
+        if (kind[f] == HOLLOW) t.area[qw_set_of(t.parent, f)] += area_of(s, f);
+    uint32_t dropped = 0;
+    for (uint32_t f = 0; f < s->face_count; f++) {
+        uint32_t root = qw_set_of(t.parent, f);
+        if (kind[f] != HOLLOW || t.loose[root] != 1 || t.area[root] > FLAP_AREA) continue;
+        kind[f] = DROPPED;
+        dropped++;
+    }
+    return dropped;
+}
+
+uint32_t qw_find_duplicates(qw_env *env, const qw_sheets *s, const qw_edges *edges, uint8_t *kind)
+{
+    assert(edges->side && kind);
+    qw_scope_begin(env);
+    uint32_t count = drop_equals(env, s, edges, kind);
+    if (count > 0) count += drop_flaps(env, s, edges, kind);
+    qw_scope_end(env);
+    return count;
+}

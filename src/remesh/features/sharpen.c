@@ -1,0 +1,588 @@
+/* An edge is cut where its ends belong to sides that meet at an angle. The triangles of a band have two such edges, and
+ * the crease goes through them from edge to edge; one with three is a corner. Each edge that is cut gets a vertex where
+ * the two sides, extrapolated, meet; a corner gets one where three do. So the line is as straight as the sides are
+ * even, however ragged the band. Triangles of the band are then smoothed, each vertex within its side or along its
+ * line.
+ *
+ *      a side ____._____.____              ____._____.____
+ *                  \   / \    cut: the       __\ _ / _\__   the vertices that are put there,
+ *      band         \ /   \   edges across      \ /   \     moved onto the line
+ *      other side ___'_____'__               ____'_____'__
+ *
+ * What is a crease, and what a fold of something soft, is decided by how even the sides are beside how much they turn,
+ * and by whether the surface is bent anywhere else at this scale: a part that was sampled is not. */
+#include "remesh/features/sharpen.h"
+
+#include "base/constants.h"
+#include "base/elementary.h"
+#include "geometry/corners.h"
+#include "geometry/tri_edit.h"
+#include "remesh/features/side_fit.h"
+
+#include <assert.h>
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* Turn between the sides of a crease, radians: where it fades, and in enough of it to be one; as of sharp edges. */
+static const double LEAST_TURN = 0.4363323, SEED_TURN = 0.6981317; /* 25, 40 degrees */
+static const double TAIL_TURN = 0.6108652;                         /* 35 degrees: least at a loose end */
+static const double LEAST_SEEDS = 0.5;                             /* share of the edges that are cut */
+/* Most spread of the normals in the sides, as a share of the turn: in one place, over a crease, and over all of a
+ * component. Sampled parts have 0.02 to 0.06, statues and animals 0.09 to 0.18. */
+static const double UNEVEN_PLACE = 0.25, UNEVEN_CREASE = 0.16, UNEVEN = 0.08;
+/* Where wider bands can be looked for, they are above this: the lines are straighter then. */
+static const double UNEVEN_NARROW = 0.065;
+static const double LEAST_LENGTH = 10; /* of a crease, in edges of the input */
+/* Of the bent patches of a component, so large a share must lie within some rings of a crease: 1.00 in sampled parts,
+ * but for one 0.1 to 0.93 elsewhere. */
+static const double LEAST_NEAR = 0.9;
+enum { NEAR_RINGS = 5 };
+/* A marked edge at which all the turn between the sides lies is no sample (is_exact). Where these, or all that are
+ * marked, are longer than so large a share of the creases, the component has its sharp edges already: 0.07 in sampled
+ * parts, 0.17 and more in thin shells, which have exact rims. */
+static const double MOST_MARKED = 0.15, MOST_MARKED_ANYHOW = 0.8;
+/* Sides that turn by more than 150 degrees are the two walls of a thin shell: its rim lies between them, not a crease.
+ */
+static const double WALLS_TURN = 2.6179939;
+/* How far from its place a vertex may be put, in edges of the input: further, the sides are no guide. */
+static const float MOST_MOVED = 1.5f, MOST_LINE_MOVED = 4, MOST_CORNER_MOVED = 6;
+/* What sampling cuts off is as wide as a band of two edges or so. A vertex of the band that lies further off its side,
+ * or a crease from which its sides are further away, both in edges of the input, is astray, and so is a crease between
+ * two walls: 0.02 of all where an edge of 34 degrees was sampled, up to 0.006 in other parts, 0.015 to 0.16 in folds.
+ * With more than the last share of them a component is left as it is. */
+static const double MOST_OFF_SIDE = 0.65, MOST_HALF_BAND = 1.2, MOST_ASTRAY = 0.025;
+/* Where bands are too wide, as a smoother or a generator has rounded the edge, they are looked for again with all
+ * lengths longer by this factor, unless the quads are shorter than that. */
+static const double WIDER = 1.6;
+enum { RINGS = 3, SMOOTHING_ROUNDS = 8, FIT_GRAIN = 64 };
+
+typedef struct sharpener {
+    qw_env *env;
+    qw_sides sides;
+    const qw_trimesh *mesh;
+    const qw_census *census;
+    double most_uneven; /* of a component: spread over turn */
+    uint8_t *cut;       /* uint8_t[3 face_count], the same on both sides: 1: sides meet; 2: at more than SEED_TURN */
+    uint8_t *sharp;     /* uint8_t[components]: 1: has sampled creases */
+    uint8_t *ring;      /* uint8_t[vertex_count]: 0: at a cut; rings away from there; rings: farther */
+    uint8_t rings;
+    uint32_t *fit_of; /* uint32_t[vertex_count]: index into fit, or QW_NONE: beyond the band */
+    uint32_t *fitted; /* uint32_t[fits]: vertex */
+    qw_side_fit *fit; /* qw_side_fit[fits] */
+    uint32_t fits;
+    qw_vec3 *position; /* qw_vec3[vertex_count], in their sides */
+} sharpener;
+
+static uint8_t scaled(const sharpener *s, int rings) { return (uint8_t)qw_ceil(rings * (double)s->sides.scale); }
+
+static bool is_lower(const qw_trimesh *mesh, uint32_t h) { return mesh->twin[h] == QW_NONE || h < mesh->twin[h]; }
+
+static double angle_between(qw_vec3 n, qw_vec3 m) { return qw_acos(fmin(fmax((double)qw_dot(n, m), -1), 1)); }
+
+/* ---- which edges are cut */
+
+/* Turn between the sides to which the ends of an edge belong, and the spread within them, radians. */
+typedef struct meeting {
+    double turn, spread;
+} meeting;
+
+static meeting meeting_at(const sharpener *s, uint32_t h)
+{
+    assert(h < 3 * s->mesh->face_count);
+    const qw_sides *d = &s->sides;
+    uint32_t a = d->side[s->mesh->corner[h]], b = d->side[s->mesh->corner[qw_next(h)]];
+    const qw_side_plane *p = &d->patch[a], *q = &d->patch[b];
+    if (a == b || p->jagged || q->jagged || qw_length2(p->normal) == 0 || qw_length2(q->normal) == 0)
+        return (meeting){0, 0};
+    return (meeting){angle_between(p->normal, q->normal), 0.5 * ((double)p->spread + (double)q->spread)};
+}
+
+static void ask_cuts(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const sharpener *s = user;
+    for (uint32_t h = 3 * begin; h < 3 * end; h++) {
+        meeting m = meeting_at(s, h);
+        s->cut[h] = m.turn < LEAST_TURN || m.spread > UNEVEN_PLACE * m.turn ? 0 : m.turn < SEED_TURN ? 1 : 2;
+    }
+}
+
+static int cuts_of(const sharpener *s, uint32_t f)
+{
+    return (s->cut[3 * f] != 0) + (s->cut[3 * f + 1] != 0) + (s->cut[3 * f + 2] != 0);
+}
+
+/* ---- what is a crease */
+
+/* Cut edges that hang together by triangles. Each edge inside counts twice. */
+typedef struct crease {
+    double length, edges; /* length, and in edges of the input */
+    double cuts, seeds, turn, spread;
+    uint32_t component;
+} crease;
+
+/* Length of the line through a triangle. */
+static double line_in(const sharpener *s, uint32_t f)
+{
+    assert(f < s->mesh->face_count);
+    qw_vec3 m[3];
+    int count = 0;
+    for (uint32_t h = 3 * f; h < 3 * f + 3; h++)
+        if (s->cut[h])
+            m[count++] = qw_lerp(s->mesh->position[s->mesh->corner[h]], s->mesh->position[s->mesh->corner[qw_next(h)]],
+                                 0.5f);
+    return count < 2 ? 0 : (double)qw_distance(m[0], m[1]);
+}
+
+static void add_triangle(const sharpener *s, uint32_t f, crease *c)
+{
+    double length = line_in(s, f);
+    c->component = s->census->component[f];
+    c->length += length, c->edges += length / (double)s->sides.edge[s->mesh->corner[3 * f]];
+    for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
+        if (!s->cut[h]) continue;
+        meeting m = meeting_at(s, h);
+        c->cuts++, c->seeds += s->cut[h] == 2, c->turn += m.turn, c->spread += m.spread;
+    }
+}
+
+/* label: uint32_t[face_count], of the crease through each triangle. In the current scope. */
+static crease *find_creases(const sharpener *s, uint32_t *label, uint32_t *count)
+{
+    const qw_trimesh *mesh = s->mesh;
+    uint32_t n = mesh->face_count, *stack = QW_NEW(s->env, uint32_t, n);
+    crease *list = NULL;
+    size_t room = 0;
+    *count = 0;
+    memset(label, 0xff, n * sizeof *label);
+    for (uint32_t seed = 0; seed < n; seed++) {
+        if (cuts_of(s, seed) == 0 || label[seed] != QW_NONE) continue;
+        uint32_t top = 0;
+        list = qw_grow(s->env, list, &room, *count + 1, sizeof *list);
+        crease *c = &list[*count];
+        *c = (crease){0};
+        stack[top++] = seed, label[seed] = *count;
+        while (top > 0) {
+            uint32_t f = stack[--top];
+            add_triangle(s, f, c);
+            for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
+                uint32_t t = mesh->twin[h];
+                if (s->cut[h] && t != QW_NONE && label[t / 3] == QW_NONE) label[t / 3] = *count, stack[top++] = t / 3;
+            }
+        }
+        ++*count;
+    }
+    qw_free(s->env, stack);
+    return list;
+}
+
+static bool is_crease(const crease *c, double speck)
+{
+    return c->edges >= LEAST_LENGTH && c->length >= speck && c->seeds >= LEAST_SEEDS * c->cuts &&
+           c->spread <= UNEVEN_CREASE * c->turn;
+}
+
+static void drop_others(const sharpener *s, const crease *list, const uint32_t *label, double speck)
+{
+    for (uint32_t f = 0; f < s->mesh->face_count; f++)
+        if (label[f] != QW_NONE && !is_crease(&list[label[f]], speck))
+            s->cut[3 * f] = s->cut[3 * f + 1] = s->cut[3 * f + 2] = 0;
+}
+
+/* uint8_t[vertex_count]: rings away from the ends of edges that are cut, at most `rings`. Where sides count, a ring is
+   not left over a cut. */
+static uint8_t *rings_around(const sharpener *s, uint8_t rings)
+{
+    assert(s->cut);
+    const qw_trimesh *mesh = s->mesh;
+    uint8_t *ring = QW_NEW(s->env, uint8_t, mesh->vertex_count);
+    memset(ring, rings, mesh->vertex_count);
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++)
+        if (s->cut[h]) ring[mesh->corner[h]] = ring[mesh->corner[qw_next(h)]] = 0;
+    for (uint8_t r = 0; r + 1 < rings; r++)
+        for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
+            uint32_t a = mesh->corner[h], b = mesh->corner[qw_next(h)];
+            if (ring[a] == r && ring[b] > r) ring[b] = r + 1;
+            if (ring[b] == r && ring[a] > r) ring[a] = r + 1;
+        }
+    return ring;
+}
+
+/* Whether all the turn between the sides to which its triangles belong lies at the marked edge of h. Where it is part
+   of a smooth line (ends: of marked edges), as noise never is, that holds too if the triangles belong to one side,
+   which has swallowed the edge, or to the two walls of a thin shell. */
+static bool is_exact(const sharpener *s, const qw_curve_ends *ends, uint32_t h)
+{
+    assert(s->mesh->twin[h] != QW_NONE);
+    const qw_trimesh *mesh = s->mesh;
+    const qw_sides *d = &s->sides;
+    uint32_t g = mesh->twin[h], a = mesh->corner[qw_prev(h)], b = mesh->corner[qw_prev(g)];
+    qw_vec3 n = qw_normalize(qw_face_cross(mesh, h / 3)), m = qw_normalize(qw_face_cross(mesh, g / 3));
+    double all = angle_between(d->patch[d->side[a]].normal, d->patch[d->side[b]].normal);
+    bool has_all = angle_between(n, m) >= QW_ALL_TURN * all;
+    if (has_all && all >= LEAST_TURN) return true;
+    return (has_all || all > WALLS_TURN) &&
+           !qw_is_curve_corner(mesh, ends, mesh->corner[h], (float)QW_THROUGH_COSINE) &&
+           !qw_is_curve_corner(mesh, ends, mesh->corner[qw_next(h)], (float)QW_THROUGH_COSINE);
+}
+
+/* What decides about a component. */
+typedef struct verdict {
+    double creases, marked, exact; /* lengths; exact: of what is marked and has all the turn */
+    double turn, spread;           /* means over the creases, times their lengths */
+    uint32_t bent, bent_near;
+} verdict;
+
+static void add_crease(verdict *v, const crease *c)
+{
+    v->creases += c->length;
+    v->turn += c->length * c->turn / c->cuts, v->spread += c->length * c->spread / c->cuts;
+}
+
+typedef enum outcome { NO_CREASES, WIDER_BANDS, CREASES } outcome;
+
+static outcome outcome_of(const verdict *v, double most_uneven)
+{
+    if (v->creases == 0 || v->bent_near < LEAST_NEAR * v->bent) return NO_CREASES;
+    if (v->exact > MOST_MARKED * v->creases || v->marked > MOST_MARKED_ANYHOW * v->creases) return NO_CREASES;
+    return v->spread > most_uneven * v->turn ? WIDER_BANDS : CREASES;
+}
+
+static outcome judge_components(sharpener *s, const crease *list, uint32_t count, double speck)
+{
+    assert(s->census->components > 0);
+    const qw_trimesh *mesh = s->mesh;
+    uint32_t components = (uint32_t)s->census->components;
+    verdict *v = QW_NEW_ZERO(s->env, verdict, components);
+    uint8_t rings = scaled(s, NEAR_RINGS), *ring = rings_around(s, rings);
+    const qw_curve_ends *ends = mesh->mark ? qw_find_curve_ends(s->env, mesh, false) : NULL;
+    for (uint32_t i = 0; i < count; i++)
+        if (is_crease(&list[i], speck)) add_crease(&v[list[i].component], &list[i]);
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
+        verdict *to = &v[s->census->component[h / 3]];
+        uint32_t a = mesh->corner[h];
+        if (s->sides.outgoing[a] == h && s->sides.patch[a].spread > QW_BENT)
+            to->bent++, to->bent_near += ring[a] < rings;
+        if (!ends || !mesh->mark[h] || !is_lower(mesh, h)) continue;
+        double length = (double)qw_distance(mesh->position[a], mesh->position[mesh->corner[qw_next(h)]]);
+        to->marked += length, to->exact += is_exact(s, ends, h) ? length : 0;
+    }
+    s->sharp = QW_NEW(s->env, uint8_t, components);
+    outcome all = NO_CREASES;
+    for (uint32_t i = 0; i < components; i++) {
+        outcome one = outcome_of(&v[i], s->most_uneven);
+        s->sharp[i] = one == CREASES;
+        all = one > all ? one : all;
+    }
+    return all;
+}
+
+/* Takes the cuts off the components that are not sharp. */
+static void drop_blunt(const sharpener *s)
+{
+    for (uint32_t f = 0; f < s->mesh->face_count; f++)
+        if (!s->sharp[s->census->component[f]]) s->cut[3 * f] = s->cut[3 * f + 1] = s->cut[3 * f + 2] = 0;
+}
+
+static outcome find_cuts(sharpener *s, double speck)
+{
+    const qw_trimesh *mesh = s->mesh;
+    s->cut = QW_NEW(s->env, uint8_t, 3 * (size_t)mesh->face_count);
+    qw_parallel(s->env, mesh->face_count, QW_GRAIN_LIGHT, ask_cuts, s);
+    uint32_t count, *label = QW_NEW(s->env, uint32_t, mesh->face_count);
+    const crease *list = find_creases(s, label, &count);
+    drop_others(s, list, label, speck);
+    outcome all = count == 0 ? NO_CREASES : judge_components(s, list, count, speck);
+    if (all == CREASES) drop_blunt(s);
+    return all;
+}
+
+/* ---- sides */
+
+static void fit_sides(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const sharpener *s = user;
+    for (uint32_t i = begin; i < end; i++) s->fit[i] = qw_fit_side(&s->sides, s->fitted[i], s->cut, s->ring);
+}
+
+static bool on_boundary(const sharpener *s, uint32_t v) { return s->mesh->twin[s->sides.outgoing[v]] == QW_NONE; }
+
+/* Into its side. */
+static void move_vertices(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const sharpener *s = user;
+    for (uint32_t i = begin; i < end; i++) {
+        uint32_t v = s->fitted[i];
+        if (on_boundary(s, v) || s->ring[v] >= s->rings) continue;
+        const qw_side_fit *fit = &s->fit[i];
+        qw_vec3 p = qw_meet_sides(&fit, 1, s->mesh->position[v]);
+        if (qw_distance(p, s->mesh->position[v]) <= MOST_MOVED * s->sides.edge[v]) s->position[v] = p;
+    }
+}
+
+static const qw_side_fit *side_of(const sharpener *s, uint32_t v) { return &s->fit[s->fit_of[v]]; }
+
+/* The turn where the sides meet, as they have been fitted. */
+static double fitted_turn(const sharpener *s, uint32_t h)
+{
+    uint32_t a = s->mesh->corner[h], b = s->mesh->corner[qw_next(h)];
+    const qw_side_fit *both[2] = {side_of(s, a), side_of(s, b)};
+    qw_vec3 p = qw_meet_sides(both, 2, qw_lerp(s->mesh->position[a], s->mesh->position[b], 0.5f));
+    return angle_between(qw_normal_of(both[0], p), qw_normal_of(both[1], p));
+}
+
+static void uncut(const sharpener *s, uint32_t h)
+{
+    s->cut[h] = 0;
+    if (s->mesh->twin[h] != QW_NONE) s->cut[s->mesh->twin[h]] = 0;
+}
+
+/* The only edge that is cut of a triangle inside; QW_NONE: there are more, or none. */
+static uint32_t loose_end(const sharpener *s, uint32_t f)
+{
+    if (cuts_of(s, f) != 1) return QW_NONE;
+    uint32_t h = s->cut[3 * f] ? 3 * f : s->cut[3 * f + 1] ? 3 * f + 1 : 3 * f + 2;
+    return s->mesh->twin[h] == QW_NONE ? QW_NONE : h;
+}
+
+/* Where creases fade, patches still turn when the sides no longer do: there the line would go astray. */
+static void trim_creases(const sharpener *s)
+{
+    const qw_trimesh *mesh = s->mesh;
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++)
+        if (s->cut[h] && is_lower(mesh, h) && fitted_turn(s, h) < LEAST_TURN) uncut(s, h);
+    for (uint32_t start = 0; start < mesh->face_count; start++)
+        for (uint32_t f = start, h = loose_end(s, f); h != QW_NONE && fitted_turn(s, h) < TAIL_TURN;
+             h = loose_end(s, f)) {
+            f = mesh->twin[h] / 3;
+            uncut(s, h);
+        }
+}
+
+static void find_fits(sharpener *s)
+{
+    assert(s->cut && s->sides.patch);
+    uint32_t n = s->mesh->vertex_count;
+    s->rings = scaled(s, RINGS), s->ring = rings_around(s, s->rings);
+    s->fit_of = QW_NEW(s->env, uint32_t, n), s->fitted = QW_NEW(s->env, uint32_t, n);
+    for (uint32_t v = 0; v < n; v++) {
+        s->fit_of[v] = s->ring[v] < s->rings && qw_length2(s->sides.patch[s->sides.side[v]].normal) > 0 ? s->fits
+                                                                                                        : QW_NONE;
+        if (s->fit_of[v] != QW_NONE) s->fitted[s->fits++] = v;
+    }
+    s->fit = QW_NEW(s->env, qw_side_fit, s->fits);
+    s->position = QW_NEW(s->env, qw_vec3, n);
+    memcpy(s->position, s->mesh->position, n * sizeof *s->position);
+    qw_parallel(s->env, s->fits, FIT_GRAIN, fit_sides, s);
+    trim_creases(s);
+    s->ring = rings_around(s, s->rings);
+}
+
+/* Shares of an edge that a crossing keeps from its ends, so that no triangle is without area. */
+static const double CROSSING_BEGIN = 0.02, CROSSING_END = 0.98;
+
+/* Where the crease crosses the edge of h: to begin with as far from one side as from the other. On the boundary it
+   stays there. */
+static qw_vec3 crossing_of(const sharpener *s, uint32_t h)
+{
+    uint32_t a = s->mesh->corner[h], b = s->mesh->corner[qw_next(h)];
+    const qw_side_fit *both[2] = {side_of(s, a), side_of(s, b)};
+    double fa = fabs(qw_height_over(both[1], s->position[a])), fb = fabs(qw_height_over(both[0], s->position[b]));
+    double t = fa + fb > 0 ? fa / (fa + fb) : 0.5;
+    qw_vec3 from = qw_lerp(s->position[a], s->position[b], (float)fmin(fmax(t, CROSSING_BEGIN), CROSSING_END));
+    if (s->mesh->twin[h] == QW_NONE) return from;
+    qw_vec3 p = qw_meet_sides(both, 2, from);
+    return qw_distance(p, from) <= MOST_LINE_MOVED * s->sides.edge[a] ? p : from;
+}
+
+static qw_vec3 corner_of(const sharpener *s, uint32_t f, qw_vec3 from)
+{
+    const uint32_t *c = s->mesh->corner + 3 * (size_t)f;
+    const qw_side_fit *all[3] = {side_of(s, c[0]), side_of(s, c[1]), side_of(s, c[2])};
+    qw_vec3 p = qw_meet_sides(all, 3, from);
+    return qw_distance(p, from) <= MOST_CORNER_MOVED * s->sides.edge[c[0]] ? p : from;
+}
+
+/* Of a component: places at its cuts, and those among them that the crease would move too far. */
+typedef struct moves {
+    uint32_t all, astray;
+} moves;
+
+/* Whether the crease at the edge of h lies too far from it, or is none. */
+static bool is_off_band(const sharpener *s, uint32_t h)
+{
+    double half = 0.5 * fitted_turn(s, h);
+    if (2 * half > WALLS_TURN) return true;
+    qw_vec3 a = s->mesh->position[s->mesh->corner[h]], ab = qw_sub(s->mesh->position[s->mesh->corner[qw_next(h)]], a);
+    qw_vec3 p = crossing_of(s, h);
+    float t = qw_dot(qw_sub(p, a), ab) / fmaxf(qw_length2(ab), FLT_MIN);
+    double off = (double)qw_distance(p, qw_madd(a, fminf(fmaxf(t, 0), 1), ab));
+    return off * qw_cos(half) > MOST_HALF_BAND * qw_sin(half) * (double)s->sides.edge[s->mesh->corner[h]];
+}
+
+static bool is_off_side(const sharpener *s, uint32_t v)
+{
+    return fabs(qw_height_over(side_of(s, v), s->mesh->position[v])) > MOST_OFF_SIDE * (double)s->sides.edge[v];
+}
+
+/* Sharp components of which too much would move too far are so no longer. Returns whether any is left. */
+static bool keep_on_surface(sharpener *s)
+{
+    const qw_trimesh *mesh = s->mesh;
+    uint32_t components = (uint32_t)s->census->components;
+    moves *m = QW_NEW_ZERO(s->env, moves, components);
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
+        moves *to = &m[s->census->component[h / 3]];
+        uint32_t v = mesh->corner[h];
+        if (s->sides.outgoing[v] == h && s->ring[v] == 0) to->all++, to->astray += is_off_side(s, v);
+        if (s->cut[h] && is_lower(mesh, h)) to->all++, to->astray += is_off_band(s, h);
+    }
+    bool any = false;
+    for (uint32_t i = 0; i < components; i++) {
+        s->sharp[i] = s->sharp[i] && m[i].astray <= MOST_ASTRAY * m[i].all;
+        any = any || s->sharp[i];
+    }
+    return any;
+}
+
+static void restore_sides(sharpener *s)
+{
+    drop_blunt(s);
+    s->ring = rings_around(s, s->rings);
+    qw_parallel(s->env, s->fits, FIT_GRAIN, move_vertices, s);
+}
+
+/* ---- the new surface */
+
+static void mark_between(qw_edit *e, uint32_t a, uint32_t b)
+{
+    uint32_t h = qw_edit_between(e, a, b), t = h == QW_NONE ? QW_NONE : qw_edit_twin(e, h);
+    if (t != QW_NONE) e->face[h >> 2].mark[h & 3] = e->face[t >> 2].mark[t & 3] = QW_MARK_FEATURE;
+}
+
+/* A triangle in which three creases meet gets a vertex: on the edge from one of the crossings to the corner opposite,
+   which the splits have left. m: the crossings, on the edges from corner i to the next. */
+static void cut_corner(const sharpener *s, qw_edit *e, uint32_t f, const uint32_t m[3])
+{
+    const uint32_t *c = s->mesh->corner + 3 * (size_t)f;
+    qw_vec3 sum = qw_add(qw_add(e->vertex[m[0]].position, e->vertex[m[1]].position), e->vertex[m[2]].position);
+    uint32_t h = QW_NONE;
+    for (int i = 0; i < 3 && h == QW_NONE; i++) h = qw_edit_between(e, m[i], c[(i + 2) % 3]);
+    assert(h != QW_NONE);
+    uint32_t corner = qw_edit_split(e, h, corner_of(s, f, qw_scale(sum, 1 / 3.0f)), 0, 0);
+    for (int i = 0; i < 3; i++) mark_between(e, corner, m[i]);
+}
+
+/* home of a vertex on a crease: the half-edge that it was put on; of a corner QW_NONE. */
+static void cut_surface(const sharpener *s, qw_edit *e)
+{
+    assert(e->vertex_count == s->mesh->vertex_count);
+    const qw_trimesh *mesh = s->mesh;
+    uint32_t sides = 3 * mesh->face_count, *at = QW_NEW(s->env, uint32_t, sides);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) e->vertex[v].position = s->position[v];
+    for (uint32_t f = 0; f < mesh->face_count; f++)
+        if (s->sharp[s->census->component[f]]) memset(e->face[f].mark, 0, sizeof e->face[f].mark);
+    for (uint32_t h = 0; h < sides; h++) {
+        if (!s->cut[h]) continue;
+        if (!is_lower(mesh, h)) at[h] = at[mesh->twin[h]];
+        else
+            at[h] = qw_edit_split(e, qw_edit_between(e, mesh->corner[h], mesh->corner[qw_next(h)]), crossing_of(s, h),
+                                  0, h);
+    }
+    for (uint32_t f = 0; f < mesh->face_count; f++) {
+        uint32_t m[3], k = 0;
+        if (cuts_of(s, f) < 2) continue;
+        for (uint32_t h = 3 * f; h < 3 * f + 3; h++)
+            if (s->cut[h]) m[k++] = at[h];
+        if (k == 2) mark_between(e, m[0], m[1]);
+        else cut_corner(s, e, f, m);
+    }
+}
+
+/* ---- smoothing */
+
+/* The mean of the vertices around, or of those along a crease. Returns how many these are. */
+static uint32_t mean_around(const qw_edit *e, uint32_t v, bool along, qw_vec3 *mean)
+{
+    assert(v < e->vertex_count);
+    qw_vec3 sum = {0, 0, 0};
+    uint32_t count = 0, start = e->vertex[v].out, h = start;
+    do {
+        if (!along || qw_edit_mark(e, h)) sum = qw_add(sum, e->vertex[qw_edit_head(e, h)].position), count++;
+        h = qw_edit_around(e, h);
+    } while (h != QW_NONE && h != start);
+    if (h == QW_NONE) return 0; /* the boundary stays */
+    *mean = qw_scale(sum, 1 / fmaxf((float)count, 1));
+    return count;
+}
+
+static void smooth_on_line(const sharpener *s, qw_edit *e, uint32_t v)
+{
+    uint32_t h = e->vertex[v].home;
+    qw_vec3 mean;
+    if (h == QW_NONE || mean_around(e, v, true, &mean) != 2) return;
+    const qw_side_fit *both[2] = {side_of(s, s->mesh->corner[h]), side_of(s, s->mesh->corner[qw_next(h)])};
+    qw_vec3 p = qw_meet_sides(both, 2, mean);
+    if (qw_distance(p, mean) <= MOST_MOVED * s->sides.edge[s->mesh->corner[h]]) e->vertex[v].position = p;
+}
+
+static void smooth_band(const sharpener *s, qw_edit *e)
+{
+    for (int round = 0; round < SMOOTHING_ROUNDS; round++) {
+        qw_break_silence(s->env);
+        for (uint32_t v = s->mesh->vertex_count; v < e->vertex_count; v++) smooth_on_line(s, e, v);
+        for (uint32_t i = 0; i < s->fits; i++) {
+            uint32_t v = s->fitted[i];
+            const qw_side_fit *fit = &s->fit[i];
+            qw_vec3 mean;
+            if (s->ring[v] + 1 >= s->rings || mean_around(e, v, false, &mean) == 0) continue;
+            qw_vec3 p = qw_meet_sides(&fit, 1, mean);
+            if (qw_distance(p, mean) <= MOST_MOVED * s->sides.edge[v]) e->vertex[v].position = p;
+        }
+    }
+}
+
+/* Mean edge, as sides have it. */
+static double mean_edge(const sharpener *s)
+{
+    assert(s->mesh->vertex_count > 0);
+    double sum = 0;
+    for (uint32_t v = 0; v < s->mesh->vertex_count; v++) sum += (double)s->sides.edge[v];
+    return sum / s->mesh->vertex_count;
+}
+
+static outcome look(sharpener *s, double speck)
+{
+    s->most_uneven = UNEVEN;
+    if (!qw_find_sides(s->env, s->mesh, 1, &s->sides)) return NO_CREASES;
+    bool can_widen = WIDER * mean_edge(s) <= speck;
+    if (can_widen) s->most_uneven = UNEVEN_NARROW;
+    outcome found = find_cuts(s, speck);
+    if (found != WIDER_BANDS || !can_widen) return found;
+    s->most_uneven = UNEVEN;
+    return qw_find_sides(s->env, s->mesh, (float)WIDER, &s->sides) ? find_cuts(s, speck) : NO_CREASES;
+}
+
+bool qw_sharpen(qw_env *env, qw_trimesh *surface, const qw_census *census, float speck)
+{
+    assert(surface->twin && census->component && speck > 0);
+    qw_scope_begin(env);
+    sharpener s = {.env = env, .mesh = surface, .census = census};
+    bool found = look(&s, (double)speck) == CREASES;
+    if (found) find_fits(&s), found = keep_on_surface(&s);
+    if (found) {
+        restore_sides(&s);
+        const float *target = QW_NEW_ZERO(env, float, surface->vertex_count);
+        qw_edit e = qw_edit_open(env, surface, target, s.sides.outgoing);
+        cut_surface(&s, &e);
+        smooth_band(&s, &e);
+        uint8_t *mark = surface->mark, *point = surface->point;
+        *surface = qw_edit_plain(&e, point, point ? surface->vertex_count : 0);
+        qw_free(env, mark), qw_free(env, point);
+    }
+    qw_scope_end(env);
+    return found;
+}

@@ -1,0 +1,420 @@
+#include "remesh/features/sides.h"
+
+#include "base/constants.h"
+#include "base/elementary.h"
+#include "geometry/polygons.h"
+
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+/* Lengths in local edges. A patch reaches one ring of triangles beyond its vertices, and so lies off a band of two
+ * edges whose middle is REACH from its own. */
+static const float PATCH = 1.5f, REACH = 3.25f;
+/* Spread of the normals around a vertex above which it is rough, radians: a turn of 20 degrees in an edge. */
+static const float ROUGH = 0.12f;
+/* Spread of the normals of all triangles of a patch above which it is no side, radians: noise of a tenth of a cell has
+ * 0.15, stairs of voxels 0.8. */
+static const float JAGGED = 0.4f;
+/* What a patch costs a vertex: its spread, the vertex's distance from its plane, and how far away it is. */
+static const float SPREAD_COST = 4, PLANE_COST = 1, FAR_COST = 0.02f;
+/* Length of an edge, as a share of the longest of its triangle: in between for equilateral and right-angled ones. */
+static const float TO_EDGE = 0.85f;
+/* Mean unevenness (spread over turn) of what is tried first, above which the rest is not looked at, and the most that
+ * one place counts. */
+static const double UNEVEN = 0.09, MOST_UNEVEN = 0.3;
+/* A marked edge that turns by QW_ALL_TURN of what the sides do is no sample; where so many of the places have one, the
+ * sharp edges are all there. */
+static const double MOST_MARKED = 0.5;
+static const float SAME_COSINE = 0.90630779f; /* 25 degrees */
+enum { AGREE_ROUNDS = 2, MOST_TRIED = 4096, MOST_SEEDS = 192 };
+enum { EDGE_ROUNDS = 2, NEAR_RINGS = 8, OWN_RINGS = 3 };
+
+/* Of a triangle: its normal times twice its area, twice its area, and that times its edge. */
+typedef struct face_size {
+    qw_vec3 cross;
+    float area, edge;
+} face_size;
+
+typedef struct side_task {
+    qw_sides *s;
+    face_size *face; /* face_size[face_count] */
+    qw_vec3 *cross;  /* qw_vec3[vertex_count]: sum of the triangles' normals times areas */
+    float *area;     /* float[vertex_count]: of the triangles around */
+    const uint8_t *near;
+    const float *from;
+    float *to;
+    uint32_t *next;
+} side_task;
+
+/* ---- neighbourhoods */
+
+/* Where a vertex of the hood stands, or QW_NONE where it would. By multiplicative hashing (Knuth 6.4). */
+static uint32_t *slot_of(qw_hood *hood, uint32_t v)
+{
+    uint32_t at = (v * 2654435769u) >> (32 - QW_HOOD_BITS);
+    while (hood->slot[at] != QW_NONE && hood->vertex[hood->slot[at]] != v) at = (at + 1) % (1u << QW_HOOD_BITS);
+    return &hood->slot[at];
+}
+
+void qw_collect_hood(const qw_sides *s, uint32_t v, float radius, const uint8_t *barred, qw_hood *hood)
+{
+    assert(v < s->mesh->vertex_count && hood);
+    const qw_trimesh *mesh = s->mesh;
+    qw_vec3 middle = mesh->position[v];
+    float far2 = radius * radius;
+    memset(hood->slot, 0xff, sizeof hood->slot);
+    *slot_of(hood, v) = 0, hood->vertex[0] = v, hood->count = 1;
+    for (uint32_t i = 0; i < hood->count; i++) {
+        uint32_t start = s->outgoing[hood->vertex[i]], h = start;
+        do {
+            uint32_t in = qw_prev(h), twin = mesh->twin[in], ways[2] = {h, in}; /* the second where the fan ends */
+            for (int k = 0; k < 1 + (twin == QW_NONE); k++) {
+                if (hood->count == QW_HOOD) return;
+                uint32_t w = mesh->corner[k ? in : qw_next(h)], *slot = slot_of(hood, w);
+                if (*slot != QW_NONE || (barred && barred[ways[k]]) ||
+                    qw_length2(qw_sub(mesh->position[w], middle)) > far2)
+                    continue;
+                *slot = hood->count, hood->vertex[hood->count++] = w;
+            }
+            h = twin;
+        } while (h != QW_NONE && h != start);
+    }
+}
+
+/* ---- vertices alone */
+
+static float longest_side(const qw_trimesh *mesh, uint32_t f)
+{
+    const uint32_t *c = mesh->corner + 3 * (size_t)f;
+    qw_vec3 a = mesh->position[c[0]], b = mesh->position[c[1]], d = mesh->position[c[2]];
+    return sqrtf(fmaxf(fmaxf(qw_length2(qw_sub(a, b)), qw_length2(qw_sub(b, d))), qw_length2(qw_sub(d, a))));
+}
+
+static void measure_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const side_task *t = user;
+    for (uint32_t f = begin; f < end; f++) {
+        qw_vec3 cross = qw_face_cross(t->s->mesh, f);
+        float area = qw_length(cross);
+        t->face[f] = (face_size){cross, area, area * TO_EDGE * longest_side(t->s->mesh, f)};
+    }
+}
+
+static void sum_rings(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const side_task *t = user;
+    const qw_sides *s = t->s;
+    for (uint32_t v = begin; v < end; v++) {
+        qw_vec3 cross = {0, 0, 0};
+        float area = 0, edge = 0;
+        uint32_t start = s->outgoing[v], h = start;
+        do {
+            const face_size *f = &t->face[h / 3];
+            cross = qw_add(cross, f->cross), area += f->area, edge += f->edge;
+            h = qw_around(s->mesh, h);
+        } while (h != QW_NONE && h != start);
+        t->cross[v] = cross, t->area[v] = area;
+        s->edge[v] = area > 0 ? edge / area : 0;
+        s->rough[v] = qw_length(cross) < area * (1 - 0.5f * ROUGH * ROUGH);
+    }
+}
+
+/* One round of averaging over neighbours. */
+static void average_edges(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const side_task *t = user;
+    const qw_sides *s = t->s;
+    for (uint32_t v = begin; v < end; v++) {
+        float sum = t->area[v] * t->from[v], area = t->area[v];
+        uint32_t start = s->outgoing[v], h = start;
+        do {
+            uint32_t w = s->mesh->corner[qw_next(h)];
+            sum += t->area[w] * t->from[w], area += t->area[w];
+            h = qw_around(s->mesh, h);
+        } while (h != QW_NONE && h != start);
+        t->to[v] = area > 0 ? sum / area : 0;
+    }
+}
+
+static void find_edges(qw_env *env, side_task *t)
+{
+    uint32_t n = t->s->mesh->vertex_count;
+    float *other = QW_NEW(env, float, n);
+    for (int i = 0; i < EDGE_ROUNDS; i++) {
+        t->from = t->s->edge, t->to = other;
+        qw_parallel(env, n, QW_GRAIN, average_edges, t);
+        other = t->s->edge, t->s->edge = t->to;
+    }
+    for (uint32_t v = 0; v < n; v++) t->s->edge[v] *= t->s->scale;
+}
+
+/* uint8_t[vertex_count]: so many rings and fewer away from rough vertices, counted down: 0 beyond. */
+static uint8_t *find_near(qw_env *env, const qw_sides *s)
+{
+    const qw_trimesh *mesh = s->mesh;
+    uint32_t n = mesh->vertex_count, count = 0, *queue = QW_NEW(env, uint32_t, n);
+    uint8_t *near = QW_NEW_ZERO(env, uint8_t, n), rings = (uint8_t)qw_ceil(NEAR_RINGS * (double)s->scale);
+    for (uint32_t v = 0; v < n; v++)
+        if (s->rough[v]) near[v] = rings, queue[count++] = v;
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t v = queue[i], h = s->outgoing[v];
+        if (near[v] == 1) break;
+        do {
+            uint32_t w = mesh->corner[qw_next(h)];
+            if (!near[w]) near[w] = near[v] - 1, queue[count++] = w;
+            h = qw_around(mesh, h);
+        } while (h != QW_NONE && h != s->outgoing[v]);
+    }
+    return near;
+}
+
+/* ---- patches */
+
+static qw_side_plane patch_at(const side_task *t, uint32_t v, qw_hood *hood)
+{
+    assert(v < t->s->mesh->vertex_count);
+    qw_collect_hood(t->s, v, PATCH * t->s->edge[v], NULL, hood);
+    qw_vec3 cross = {0, 0, 0}, point = {0, 0, 0}, middle = t->s->mesh->position[v];
+    float area = 0, apart = 0;
+    for (uint32_t i = 0; i < hood->count; i++) {
+        uint32_t w = hood->vertex[i];
+        cross = qw_add(cross, t->cross[w]), apart += qw_length(t->cross[w]), area += t->area[w];
+        point = qw_madd(point, t->area[w], qw_sub(t->s->mesh->position[w], middle));
+    }
+    if (!(apart > 0)) return (qw_side_plane){0};
+    float together = fminf(qw_length(cross) / apart, 1), all = qw_length(cross) / area;
+    return (qw_side_plane){.point = qw_madd(middle, 1 / area, point),
+                           .normal = qw_normalize(cross),
+                           .spread = sqrtf(2 - 2 * together),
+                           .jagged = all < 1 - 0.5f * JAGGED * JAGGED};
+}
+
+static void make_patches(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const side_task *t = user;
+    qw_hood hood;
+    for (uint32_t v = begin; v < end; v++) t->s->patch[v] = t->near[v] ? patch_at(t, v, &hood) : (qw_side_plane){0};
+}
+
+static float cost_of(const qw_sides *s, uint32_t v, uint32_t c)
+{
+    const qw_side_plane *p = &s->patch[c];
+    if (qw_length2(p->normal) == 0 || p->jagged) return INFINITY;
+    qw_vec3 d = qw_scale(qw_sub(s->mesh->position[v], p->point), 1 / s->edge[v]);
+    float off = qw_dot(d, p->normal);
+    return SPREAD_COST * p->spread * p->spread + PLANE_COST * off * off + FAR_COST * qw_length2(d);
+}
+
+/* The patch for v of those around it; less_like: their normals must differ by SEED_TURN from that patch's. */
+static uint32_t best_around(const qw_sides *s, uint32_t v, const qw_hood *hood, uint32_t less_like)
+{
+    assert(v < s->mesh->vertex_count);
+    float least = INFINITY;
+    uint32_t best = QW_NONE;
+    for (uint32_t i = 0; i < hood->count; i++) {
+        uint32_t c = hood->vertex[i];
+        if (less_like != QW_NONE && qw_dot(s->patch[c].normal, s->patch[less_like].normal) > (float)QW_SHARP_COSINE)
+            continue;
+        float cost = less_like == QW_NONE ? cost_of(s, v, c) : s->patch[c].jagged ? INFINITY : s->patch[c].spread;
+        if (cost < least) least = cost, best = c;
+    }
+    return best;
+}
+
+static void choose_sides(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const side_task *t = user;
+    const qw_sides *s = t->s;
+    double least = (NEAR_RINGS - OWN_RINGS) * (double)s->scale;
+    qw_hood hood;
+    for (uint32_t v = begin; v < end; v++) {
+        s->side[v] = v;
+        if (t->near[v] < least) continue;
+        qw_collect_hood(s, v, REACH * s->edge[v], NULL, &hood);
+        uint32_t best = best_around(s, v, &hood, QW_NONE);
+        if (best != QW_NONE) s->side[v] = best;
+    }
+}
+
+/* A vertex that shares its side with fewer than a third of those around takes the best of theirs: a line that went
+ * around it would be a tooth. */
+static void agree(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const side_task *t = user;
+    const qw_sides *s = t->s;
+    double least_near = (NEAR_RINGS - OWN_RINGS) * (double)s->scale;
+    for (uint32_t v = begin; v < end; v++) {
+        uint32_t start = s->outgoing[v], h = start, all = 0, same = 0, best = s->side[v];
+        t->next[v] = best;
+        if (t->near[v] < least_near) continue;
+        float least = INFINITY;
+        do {
+            uint32_t c = s->side[s->mesh->corner[qw_next(h)]];
+            bool is_same = qw_dot(s->patch[c].normal, s->patch[s->side[v]].normal) > SAME_COSINE;
+            float cost = cost_of(s, v, c);
+            all++, same += is_same;
+            if (!is_same && cost < least) least = cost, best = c;
+            h = qw_around(s->mesh, h);
+        } while (h != QW_NONE && h != start);
+        if (3 * same < all) t->next[v] = best;
+    }
+}
+
+static void agree_on_sides(qw_env *env, side_task *t)
+{
+    uint32_t n = t->s->mesh->vertex_count;
+    uint32_t *next = QW_NEW(env, uint32_t, n);
+    for (int i = 0; i < AGREE_ROUNDS; i++) {
+        t->next = next;
+        qw_parallel(env, n, QW_GRAIN, agree, t);
+        next = t->s->side, t->s->side = t->next;
+    }
+}
+
+/* ---- a few first */
+
+/* Of places where the surface is bent. */
+typedef struct trial {
+    double uneven;         /* sum: spread of the two sides there, as a share of their turn */
+    uint32_t bent, marked; /* how many there are; how many have an edge that is marked and turns by as much */
+} trial;
+
+static double angle_between(qw_vec3 n, qw_vec3 m) { return qw_acos(fmin(fmax((double)qw_dot(n, m), -1), 1)); }
+
+static bool has_marked(const side_task *t, uint32_t v, double turn)
+{
+    const qw_trimesh *mesh = t->s->mesh;
+    uint32_t start = t->s->outgoing[v], h = start;
+    do {
+        if (mesh->mark[h] && mesh->twin[h] != QW_NONE) {
+            qw_vec3 n = qw_face_cross(mesh, h / 3), m = qw_face_cross(mesh, mesh->twin[h] / 3);
+            if (angle_between(qw_normalize(n), qw_normalize(m)) >= QW_ALL_TURN * turn) return true;
+        }
+        h = qw_around(mesh, h);
+    } while (h != QW_NONE && h != start);
+    return false;
+}
+
+static void try_at(const side_task *t, uint32_t v, trial *sum)
+{
+    qw_hood around, hood;
+    const qw_sides *s = t->s;
+    qw_collect_hood(s, v, REACH * s->edge[v], NULL, &around);
+    for (uint32_t i = 0; i < around.count; i++) {
+        uint32_t c = around.vertex[i];
+        if (qw_length2(s->patch[c].normal) == 0) s->patch[c] = patch_at(t, c, &hood);
+    }
+    uint32_t a = best_around(s, v, &around, QW_NONE), b = a == QW_NONE ? a : best_around(s, v, &around, a);
+    double turn = b == QW_NONE ? 0 : angle_between(s->patch[a].normal, s->patch[b].normal);
+    sum->bent++;
+    sum->uneven += turn > 0 ? fmin(0.5 * (double)(s->patch[a].spread + s->patch[b].spread) / turn, MOST_UNEVEN)
+                            : MOST_UNEVEN;
+    bool marked = false;
+    qw_collect_hood(s, v, PATCH * s->edge[v], NULL, &hood);
+    for (uint32_t i = 0; i < hood.count && s->mesh->mark && turn > 0; i++)
+        marked = marked || has_marked(t, hood.vertex[i], turn);
+    sum->marked += marked;
+}
+
+typedef struct trial_list {
+    const side_task *t;
+    const uint32_t *vertex;
+} trial_list;
+
+static void make_some_patches(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    const trial_list *l = user;
+    qw_hood hood;
+    (void)block;
+    for (uint32_t i = begin; i < end; i++) l->t->s->patch[l->vertex[i]] = patch_at(l->t, l->vertex[i], &hood);
+}
+
+/* Whether more places could make it seem banded, or not so. */
+static bool has_more_to_try(const trial *sum) { return sum->bent < MOST_SEEDS && sum->uneven <= UNEVEN * MOST_SEEDS; }
+
+/* Lists in `list` the vertices around those of `seed` that have no patch yet, and returns how many there are. listed:
+   uint8_t[vertex_count], those that were listed before. */
+static uint32_t list_around(const side_task *t, const uint32_t *seed, uint32_t count, uint8_t *listed, uint32_t *list)
+{
+    uint32_t found = 0;
+    qw_hood around;
+    for (uint32_t i = 0; i < count; i++) {
+        qw_collect_hood(t->s, seed[i], REACH * t->s->edge[seed[i]], NULL, &around);
+        for (uint32_t k = 0; k < around.count; k++) {
+            uint32_t c = around.vertex[k];
+            if (listed[c] || qw_length2(t->s->patch[c].normal) > 0) continue;
+            listed[c] = 1, list[found++] = c;
+        }
+    }
+    return found;
+}
+
+/* PART: rough vertices whose patches are made on all threads, SEEDS: bent ones whose neighbourhoods are, before what
+   they say is asked for. */
+enum { PART = 256, SEEDS = 32 };
+
+/* Leaves the bent ones in `list`; returns their number. */
+static uint32_t keep_bent(const side_task *t, uint32_t *list, uint32_t count)
+{
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < count; i++)
+        if (t->s->patch[list[i]].spread > QW_BENT) list[kept++] = list[i];
+    return kept;
+}
+
+static bool seems_banded(qw_env *env, const side_task *t)
+{
+    const qw_sides *s = t->s;
+    uint32_t n = s->mesh->vertex_count, rough = 0, seen = 0, count = 0;
+    for (uint32_t v = 0; v < n; v++) rough += s->rough[v];
+    uint32_t step = rough / MOST_TRIED + 1, *list = QW_NEW(env, uint32_t, rough / step + 1);
+    uint32_t *around = QW_NEW(env, uint32_t, (size_t)SEEDS * QW_HOOD);
+    uint8_t *listed = QW_NEW_ZERO(env, uint8_t, n);
+    for (uint32_t v = 0; v < n; v++)
+        if (s->rough[v] && seen++ % step == 0) list[count++] = v;
+    trial sum = {0};
+    for (uint32_t first = 0; first < count && has_more_to_try(&sum); first += PART) {
+        uint32_t part = count - first < PART ? count - first : PART;
+        qw_parallel(env, part, PART / 16, make_some_patches, &(trial_list){t, list + first});
+        part = keep_bent(t, list + first, part);
+        for (uint32_t i = 0; i < part && has_more_to_try(&sum); i++) {
+            const uint32_t *seed = list + first + i;
+            if (i % SEEDS == 0) {
+                uint32_t some = list_around(t, seed, part - i < SEEDS ? part - i : SEEDS, listed, around);
+                qw_parallel(env, some, PART / 16, make_some_patches, &(trial_list){t, around});
+            }
+            try_at(t, *seed, &sum);
+        }
+    }
+    qw_free(env, list), qw_free(env, around), qw_free(env, listed);
+    return sum.bent > 0 && sum.uneven <= UNEVEN * sum.bent && sum.marked <= MOST_MARKED * sum.bent;
+}
+
+bool qw_find_sides(qw_env *env, const qw_trimesh *mesh, float scale, qw_sides *sides)
+{
+    assert(mesh->twin);
+    uint32_t n = mesh->vertex_count;
+    *sides = (qw_sides){.mesh = mesh, .scale = scale, .outgoing = qw_trimesh_outgoing(env, mesh)};
+    sides->edge = QW_NEW(env, float, n), sides->rough = QW_NEW(env, uint8_t, n);
+    side_task t = {.s = sides, .cross = QW_NEW(env, qw_vec3, n), .area = QW_NEW(env, float, n)};
+    t.face = QW_NEW(env, face_size, mesh->face_count);
+    qw_parallel(env, mesh->face_count, QW_GRAIN, measure_faces, &t);
+    qw_parallel(env, n, QW_GRAIN, sum_rings, &t);
+    qw_free(env, t.face);
+    if (!memchr(sides->rough, 1, n)) return false;
+    find_edges(env, &t);
+    sides->patch = QW_NEW_ZERO(env, qw_side_plane, n), sides->side = QW_NEW(env, uint32_t, n);
+    if (!seems_banded(env, &t)) return false;
+    t.near = find_near(env, sides);
+    qw_parallel(env, n, QW_GRAIN, make_patches, &t);
+    qw_parallel(env, n, QW_GRAIN, choose_sides, &t);
+    agree_on_sides(env, &t);
+    return true;
+}

@@ -1,0 +1,42 @@
+/* Regular offsets of a complex: changes d as little as possible so that Eq. (3) holds on every triangle (paper, Section
+ * 3.3). */
+#ifndef QW_REMESH_QUANTISE_REGULAR_H
+#define QW_REMESH_QUANTISE_REGULAR_H
+
+#include "remesh/quantise/network.h"
+
+/* As the option `flow`: Table 4 of the paper, and the way of remesh/quantise/quantise.h, which is none of these
+ * solvers'. */
+typedef enum qw_flow_kind {
+    QW_FLOW_MF,
+    QW_FLOW_MF_MR,
+    QW_FLOW_MCF,
+    QW_FLOW_MCF_MR,
+    QW_FLOW_ILP,
+    QW_FLOW_CLOSED
+} qw_flow_kind;
+
+/* Cost of changing a component: 1 a step, Eq. (7); more, the further beyond half a step from the edge itself; or the
+   growth of the squared distance from the edge. The first two are the option `cost`. Maximum flow ignores costs. */
+typedef enum qw_cost_kind { QW_COST_PLAIN, QW_COST_GEOMETRIC, QW_COST_SQUARE } qw_cost_kind;
+
+typedef struct qw_regular_counts {
+    int64_t nodes, arcs, network_components; /* of the finest network that was solved */
+    int64_t free_variables, fixed_variables; /* balanced / frozen because unbalanced */
+    int64_t released; /* curve components that were freed, so that the sum of a part of the network could be zero */
+    int64_t half_variables, odd_cycles; /* of the bidirected network, before rounding */
+    int64_t levels, capacity_rounds;    /* rounds: 0 where the bidirected network left nothing to do */
+    int64_t cost;                       /* sum of |change| over all components of all edges: Eq. (7) */
+    int64_t irregular_before, irregular_after;
+} qw_regular_counts;
+
+/* Changes c->d (and c->fixed where components are released); returns whether Eq. (3) then holds everywhere. network:
+   the complex's (qw_network_build), or NULL. final: capacities open until it does. potential: as of
+   qw_solve_bidirected. */
+bool qw_solve_complex(qw_env *env, qw_complex *c, const qw_network *network, qw_flow_kind kind, qw_cost_kind cost,
+                      bool final, int64_t *potential, qw_regular_counts *counts);
+
+/* Triangles on which Eq. (3) does not hold. */
+int64_t qw_count_irregular(const qw_complex *c);
+
+#endif

@@ -1,0 +1,95 @@
+#include "remesh/quantise/search_count.h"
+
+#include "base/promise.h"
+#include "remesh/quantise/nearest.h"
+#include "remesh/quantise/nudge.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Offsets of a small complex that are looked at. */
+enum { MOST_NEAREST = 4096 };
+
+void qw_nudge_trial(qw_env *env, const qw_search *s, qw_trial *t, double others, double *work)
+{
+    assert(t->component < s->components->count && work);
+    const qw_complex *real = qw_search_complex(s, t->component);
+    double quads = s->wish.quads, bound = quads * QW_COUNT_MARGIN * qw_count_tolerance(quads, s->wish.times);
+    if (t->open || !qw_trial_is_forced(s, t)) return;
+    qw_scope_begin(env);
+    qw_complex c = *real;
+    c.d = t->d, c.real = QW_NEW(env, qw_real2, real->edge_count);
+    qw_trial_aim(real, t, c.real);
+    double rest = others + t->area - qw_complex_area(&c);
+    qw_nudge_area(env, &c, quads - bound - rest, quads + bound - rest, work);
+    qw_search_judge(s, t);
+    qw_scope_end(env);
+}
+
+/* Whether a band of quads between curves is one quad wide. Another attempt, with cones beside the corners of feature
+   curves, would have no room for them there and would lose the band; so the lengths must meet the count. */
+static bool has_narrow_band(const qw_search *s, uint32_t p)
+{
+    const qw_int2 *d = s->kept[p].d;
+    for (uint32_t e = 0; e < qw_search_complex(s, p)->edge_count; e++)
+        if (abs(d[e].x) + abs(d[e].y) == 1) return true;
+    return false;
+}
+
+/* The cheapest offsets so far for which the count is right and no edge loses its length. */
+typedef struct choice {
+    const qw_search *s;
+    const qw_complex *c; /* with the offsets that are looked at */
+    const qw_int2 *kept;
+    double area_kept, cost;
+    qw_int2 *d;
+} choice;
+
+static void choose_cheapest(qw_env *env, void *user)
+{
+    (void)env;
+    choice *k = user;
+    qw_search_total sum = k->s->sum;
+    sum.area += qw_complex_area(k->c) - k->area_kept;
+    double cost = qw_complex_cost(k->c);
+    if (cost >= k->cost || qw_search_miss(k->s, &sum) > 0 || qw_complex_inverted(k->c) > 0 ||
+        qw_complex_loses_length(k->c, k->kept))
+        return;
+    k->cost = cost;
+    memcpy(k->d, k->c->d, k->c->edge_count * sizeof *k->d);
+}
+
+/* Tries the offsets nearest to the real ones. */
+static void try_nearest(qw_env *env, qw_search *s, uint32_t p)
+{
+    assert(p < s->components->count);
+    qw_scope_begin(env);
+    const qw_complex *real = qw_search_complex(s, p);
+    qw_trial t = qw_search_copy_kept(env, s, p);
+    qw_complex c = *real;
+    c.d = QW_NEW(env, qw_int2, real->edge_count), c.real = QW_NEW(env, qw_real2, real->edge_count);
+    qw_trial_aim(real, &t, c.real);
+    memcpy(c.d, t.d, real->edge_count * sizeof *c.d);
+    choice k = {s, &c, s->kept[p].d, qw_complex_area(&c), INFINITY, t.d};
+    qw_nearest_wish wish = {.most = MOST_NEAREST, .farthest = INFINITY, .visit = choose_cheapest, .user = &k};
+    qw_visit_nearest(env, &c, &wish);
+    if (k.cost < INFINITY) {
+        qw_search_judge(s, &t);
+        qw_search_take_if_better(s, &t);
+    }
+    qw_scope_end(env);
+}
+
+/* Whether what the count lacks or has too much is no more than the whole component. */
+static bool is_large_enough(const qw_search *s, uint32_t p)
+{
+    return qw_search_miss(s, &s->sum) * s->wish.quads <= s->kept[p].area;
+}
+
+void qw_search_nearest(qw_env *env, qw_search *s)
+{
+    for (uint32_t p = 0; p < s->components->count && qw_search_miss(s, &s->sum) > 0; p++)
+        if (is_large_enough(s, p) && !qw_trial_has_faults(&s->kept[p]) && has_narrow_band(s, p)) try_nearest(env, s, p);
+}

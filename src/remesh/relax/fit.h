@@ -1,0 +1,22 @@
+/* Quads are flat or nearly so, and where all their vertices lie on a curved surface they lie beneath it. Here vertices
+ * leave the surface, along their normals, by as much as brings the quads nearest to it. */
+#ifndef QW_REMESH_RELAX_FIT_H
+#define QW_REMESH_RELAX_FIT_H
+
+#include "remesh/relax/meant.h"
+
+typedef struct qw_fit {
+    const qw_bvh *tree; /* of the surface */
+    float strength;     /* 0 to 1: the share of the way there */
+    qw_meant meant;     /* what the surface stands for, where it stands for something else */
+    /* double[4]: unit normal and offset of a plane, within which boundary vertices on it move; NULL */
+    const double *cut;
+} qw_fit;
+
+/* Moves quads->position to the least squares of the distances from the surface, integrated over the quads, each cut
+   from its first corner to its third. Vertices on curves, at corners and on boundaries stay, but where
+   the surface stands for another one, whose edges they move onto. So do those of quads that would get an inverted
+   corner. quads: linked, on the surface. */
+void qw_fit_quads(qw_env *env, qw_quadmesh *quads, const qw_fit *fit);
+
+#endif

@@ -1,0 +1,341 @@
+/* New positions for the vertices of a patch, in two ways:
+ * - membrane: each vertex goes to the mean of its neighbours, over and over; then all go back onto the surface.
+ * (Tutte's embedding has no flipped quad where the ring around it is convex.)
+ * - search: each vertex tries eight steps around it and takes the one after which the quads around it cost least.
+ */
+#include "remesh/relax/quad_patch.h"
+
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+enum {
+    SPREADS = 40,  /* sweeps of the membrane: its patches are at most a dozen quads wide */
+    SETTLINGS = 4, /* onto the surface, with a sweep between */
+    SWEEPS = 30,   /* of the search */
+    DIRECTIONS = 8,
+    SEARCHES_A_QUAD = 6 /* searches of single vertices, for each quad of the patch, in the last resort: it searches
+                           after every move */
+};
+
+/* A corner costs the square of 1 less its sine, and PULL times the square of what its sine is below LEAST_SINE. */
+static const float LEAST_SINE = 0.2f;
+static const double PULL = 20;
+/* Cost of a quad that faces against the surface: more than any one corner can cost. */
+static const double AGAINST = 40;
+/* A quad off the surface costs LIFT times its squared distance over its area. */
+static const double LIFT = 10;
+/* Steps of the search, in mean lengths of the edges around the vertex: the first, and the shortest. */
+static const float FIRST_STEP = 0.4f, LEAST_STEP = 0.01f;
+/* Farthest that the search moves a corner along a curve, in mean edges: corners are what makes a shape recognisable. */
+static const float MOST_ASTRAY = 0.3f;
+/* Farthest that a vertex may leave its curve, in mean edges. */
+static const float MOST_STRAY = 0.5f;
+/* A membrane is brought back to the sheet that it faces within this many mean edges, else to the nearest point
+   anywhere. */
+static const float MOST_DOWN = 4;
+/* A patch with fewer quad corners at fixed vertices, or with more than MOST_MOVING at moving vertices for each of
+   them, is a protrusion or a whole component: its membrane would shrink to nothing. (Six rings of a plain lattice
+   have six for each.) */
+enum { LEAST_FIXED = 4, MOST_MOVING = 8 };
+
+/* ---- the surface at each vertex and quad */
+
+static qw_vec3 corner_cross(const qw_patch *p, uint32_t h)
+{
+    qw_vec3 at = p->position[p->corner[h]];
+    return qw_cross(qw_sub(p->position[p->corner[qw_quad_next(h)]], at),
+                    qw_sub(p->position[p->corner[qw_quad_prev(h)]], at));
+}
+
+static float side_length2(const qw_patch *p, uint32_t h)
+{
+    return qw_length2(qw_sub(p->position[p->corner[qw_quad_next(h)]], p->position[p->corner[h]]));
+}
+
+static qw_vec3 cross_of(const qw_patch *p, uint32_t f) { return qw_quad_cross(p->position, p->corner + 4 * f); }
+
+/* The surface below the middle of each quad, on the sheet that its neighbours face. */
+static void look_up(const qw_repair_site *s, qw_patch *p)
+{
+    uint32_t part = qw_patch_component(s, p);
+    for (uint32_t f = 0; f < p->quads.face_count; f++) {
+        qw_vec3 middle = qw_quad_middle(p->position, p->corner + 4 * f), around = {0, 0, 0};
+        for (uint32_t h = 4 * f; h < 4 * f + 4; h++)
+            if (p->twin[h] != QW_NONE) around = qw_add(around, cross_of(p, p->twin[h] / 4));
+        qw_hit hit = qw_bvh_nearest_of(s->tree, part, middle, qw_normalize(around), QW_SAME_SHEET, INFINITY, QW_NONE);
+        p->foot[f] = hit.face == QW_NONE ? middle : hit.point;
+        p->up[f] = hit.face == QW_NONE ? qw_normalize(around) : qw_normalize(qw_face_cross(s->surface, hit.face));
+    }
+}
+
+static qw_vec3 up_at(const qw_patch *p, uint32_t v)
+{
+    qw_vec3 n = {0, 0, 0};
+    for (uint32_t k = p->begin[v]; k < p->begin[v + 1]; k++) n = qw_add(n, p->up[p->around[k] / 4]);
+    return qw_normalize(n);
+}
+
+static qw_vec3 normal_at(const qw_patch *p, uint32_t v)
+{
+    qw_vec3 n = {0, 0, 0};
+    for (uint32_t k = p->begin[v]; k < p->begin[v + 1]; k++) n = qw_add(n, qw_normalize(cross_of(p, p->around[k] / 4)));
+    return qw_normalize(n);
+}
+
+static void put(const qw_repair_site *s, qw_patch *p, uint32_t v, const qw_hit *hit)
+{
+    if (hit->face == QW_NONE) return;
+    p->position[v] = hit->point, p->ground[v] = qw_normalize(qw_face_cross(s->surface, hit->face));
+}
+
+/* ---- the membrane */
+
+/* Whether enough of the patch's vertices are fixed for a membrane (LEAST_FIXED, MOST_MOVING). */
+static bool is_hung(const qw_patch *p)
+{
+    uint32_t moving = 0, fixed;
+    for (uint32_t k = 0; k < p->moving_count; k++) moving += p->begin[p->moving[k] + 1] - p->begin[p->moving[k]];
+    fixed = 4 * p->quads.face_count - moving;
+    return fixed >= LEAST_FIXED && moving <= MOST_MOVING * fixed;
+}
+
+static bool is_curve(const qw_patch *p, uint32_t h) { return p->twin[h] == QW_NONE || p->mark[h]; }
+
+/* The mean of v's neighbours, or of those along curves; v itself where there are none. */
+static qw_vec3 middle_of_neighbours(const qw_patch *p, uint32_t v, bool on_curve)
+{
+    qw_vec3 sum = {0, 0, 0};
+    float count = 0;
+    for (uint32_t k = p->begin[v]; k < p->begin[v + 1]; k++) {
+        uint32_t h = p->around[k], back = qw_quad_prev(h);
+        if (!on_curve || is_curve(p, h)) sum = qw_add(sum, p->position[p->corner[qw_quad_next(h)]]), count += 1;
+        if (p->twin[back] == QW_NONE) sum = qw_add(sum, p->position[p->corner[back]]), count += 1;
+    }
+    return count > 0 ? qw_scale(sum, 1 / count) : p->position[v];
+}
+
+static void spread_once(const qw_repair_site *s, qw_patch *p)
+{
+    for (uint32_t k = 0; k < p->moving_count; k++) {
+        uint32_t v = p->moving[k];
+        if (p->role[v] == QW_ROLE_STRAY) continue;
+        qw_vec3 to = middle_of_neighbours(p, v, p->role[v] != QW_ROLE_FREE);
+        if (p->role[v] == QW_ROLE_BOUND) to = qw_slide_bound(&s->curves, &p->edge[v], to);
+        if (p->role[v] == QW_ROLE_CORNER) to = qw_curve_nearest(s->all_curves, to, INFINITY).point;
+        p->position[v] = to;
+    }
+}
+
+static void settle(const qw_repair_site *s, qw_patch *p)
+{
+    assert(p->moving_count <= p->quads.vertex_count);
+    uint32_t part = qw_patch_component(s, p);
+    for (uint32_t k = 0; k < p->moving_count; k++) {
+        uint32_t v = p->moving[k];
+        if (p->role[v] != QW_ROLE_FREE) continue;
+        qw_vec3 at = p->position[v];
+        float far = MOST_DOWN * s->edge;
+        qw_hit hit = qw_bvh_nearest_of(s->tree, part, at, normal_at(p, v), QW_SAME_SHEET, far, QW_NONE);
+        if (hit.face == QW_NONE) hit = qw_bvh_nearest_of(s->tree, part, at, qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
+        put(s, p, v, &hit);
+    }
+}
+
+static void spread(const qw_repair_site *s, qw_patch *p)
+{
+    for (int sweep = 0; sweep < SPREADS; sweep++) spread_once(s, p);
+    settle(s, p);
+}
+
+static void try_membrane(qw_repair_site *s, qw_patch *p)
+{
+    if (!is_hung(p)) return;
+    spread(s, p);
+    for (int i = 0; i < SETTLINGS && s->budget > 0; i++) {
+        if (qw_patch_keep_better(s, p) && qw_is_faultless(p->faults)) return;
+        spread_once(s, p);
+        settle(s, p);
+    }
+    qw_patch_restore(p);
+}
+
+/* ---- the search */
+
+static double cost_of(const qw_repair_site *s, const qw_patch *p, uint32_t f)
+{
+    qw_vec3 area = cross_of(p, f), n = qw_normalize(area);
+    double cost = qw_dot(n, p->up[f]) < 0 ? AGAINST : 0;
+    double lifted = qw_dot(qw_sub(qw_quad_middle(p->position, p->corner + 4 * f), p->foot[f]), p->up[f]);
+    cost += LIFT * lifted * lifted / fmax(0.5 * (double)qw_length(area), (double)s->least_area);
+    for (uint32_t h = 4 * f; h < 4 * f + 4; h++) {
+        float lengths = sqrtf(side_length2(p, h) * side_length2(p, qw_quad_prev(h)));
+        float sine = lengths > 0 ? qw_dot(corner_cross(p, h), n) / lengths : 0; /* below 0 at an inverted corner */
+        double poor = fmax((double)(LEAST_SINE - sine), 0), lacks = 1 - (double)sine;
+        cost += PULL * poor * poor + lacks * lacks;
+    }
+    return cost;
+}
+
+/* Cost of the quads around v; returns early, with a lower bound, once it reaches `most`. */
+static double cost_around(const qw_repair_site *s, const qw_patch *p, uint32_t v, double most)
+{
+    double cost = 0;
+    for (uint32_t k = p->begin[v]; k < p->begin[v + 1] && cost < most; k++) cost += cost_of(s, p, p->around[k] / 4);
+    return cost;
+}
+
+static float edge_at(const qw_patch *p, uint32_t v)
+{
+    float sum = 0;
+    for (uint32_t k = p->begin[v]; k < p->begin[v + 1]; k++) sum += sqrtf(side_length2(p, p->around[k]));
+    return sum / (float)(p->begin[v + 1] - p->begin[v]);
+}
+
+/* Where the vertex of a search may go. hint: a triangle of the surface that may be near, or QW_NONE; looked: triangles
+   that were looked at so far. */
+typedef struct footing {
+    qw_vec3 normal;
+    uint32_t hint;
+    uint64_t looked;
+} footing;
+
+/* Moves v towards a point: onto its curve if it is bound to one, else onto the surface. */
+static void move_to(const qw_repair_site *s, qw_patch *p, uint32_t v, qw_vec3 to, footing *g)
+{
+    float length = qw_distance(to, p->position[v]);
+    if (p->role[v] == QW_ROLE_BOUND) {
+        p->position[v] = qw_slide_bound(&s->curves, &p->edge[v], to);
+    } else if (p->role[v] == QW_ROLE_CORNER) {
+        qw_curve_hit hit = qw_curve_nearest(s->all_curves, to, length);
+        if (hit.segment != QW_NONE && qw_distance(hit.point, p->home[v]) <= MOST_ASTRAY * s->edge)
+            p->position[v] = hit.point;
+    } else {
+        uint32_t part = qw_patch_component(s, p);
+        qw_hit hit = qw_bvh_nearest_of(s->tree, part, to, g->normal, QW_SAME_SHEET, length, g->hint);
+        g->looked += hit.looked;
+        if (hit.face != QW_NONE) g->hint = hit.face;
+        if (p->role[v] == QW_ROLE_STRAY && qw_distance(hit.point, p->home[v]) > MOST_STRAY * s->edge) return;
+        put(s, p, v, &hit);
+    }
+}
+
+static const float direction[DIRECTIONS][2] = {{1, 0},  {0.7071f, 0.7071f},   {0, 1},  {-0.7071f, 0.7071f},
+                                               {-1, 0}, {-0.7071f, -0.7071f}, {0, -1}, {0.7071f, -0.7071f}};
+
+/* Of the cost before, what may be left after a step: one that saves less is not worth a new round of its neighbours. */
+static const double LEFT_OF_COST = 0.999;
+
+/* Moves v to the best of eight positions, one step away. Returns whether the quads around it cost less there. */
+static bool search_vertex(qw_repair_site *s, qw_patch *p, uint32_t v, float step)
+{
+    assert(v < p->quads.vertex_count && step > 0);
+    double least = cost_around(s, p, v, INFINITY);
+    qw_vec3 from = p->position[v], best = from, up = up_at(p, v), a = qw_any_orthogonal(up), b = qw_cross(up, a);
+    qw_vec3 up_before = p->ground[v], best_ground = up_before;
+    uint32_t edge = p->edge[v], best_edge = edge;
+    footing g = {up, QW_NONE, 0};
+    float length = step * edge_at(p, v);
+    bool found = false;
+    for (int i = 0; i < DIRECTIONS; i++) {
+        move_to(s, p, v, qw_madd(qw_madd(from, length * direction[i][0], a), length * direction[i][1], b), &g);
+        double cost = cost_around(s, p, v, least);
+        if (cost < LEFT_OF_COST * least) {
+            least = cost, found = true;
+            best = p->position[v], best_ground = p->ground[v], best_edge = p->edge[v];
+        }
+        p->position[v] = from, p->ground[v] = up_before, p->edge[v] = edge;
+    }
+    qw_spend(s, 1, g.looked);
+    p->position[v] = best, p->ground[v] = best_ground, p->edge[v] = best_edge;
+    return found;
+}
+
+static void wake_around(qw_patch *p, uint32_t v)
+{
+    for (uint32_t k = p->begin[v]; k < p->begin[v + 1]; k++)
+        for (uint32_t i = 0; i < 4; i++) p->awake[p->corner[(p->around[k] & ~3u) + i]] = 1;
+}
+
+/* All vertices once, but for those around which nothing has moved since their last search. Returns whether any has
+ * found a better place. */
+static bool sweep(qw_repair_site *s, qw_patch *p, float step)
+{
+    bool any = false;
+    for (uint32_t k = 0; k < p->moving_count; k++) {
+        uint32_t v = p->moving[k];
+        if (!p->awake[v]) continue;
+        p->awake[v] = 0;
+        if (search_vertex(s, p, v, step)) wake_around(p, v), any = true;
+    }
+    return any;
+}
+
+static void try_search(qw_repair_site *s, qw_patch *p)
+{
+    assert(p->quads.face_count <= QW_PATCH_FACES);
+    uint64_t most = (uint64_t)SEARCHES_A_QUAD * p->quads.face_count,
+             reserve = p->freedom == QW_OFF_CURVES && s->budget > most ? s->budget - most : 0;
+    look_up(s, p);
+    memset(p->awake, 1, sizeof p->awake);
+    float step = FIRST_STEP;
+    for (int i = 0; i < SWEEPS && step > LEAST_STEP && s->budget >= reserve + p->moving_count; i++) {
+        if (sweep(s, p, step)) continue;
+        step *= 0.5f;
+        memset(p->awake, 1, sizeof p->awake);
+    }
+    qw_patch_keep_better(s, p);
+    qw_patch_restore(p);
+}
+
+void qw_patch_place(qw_repair_site *s, qw_patch *p, qw_placing placing)
+{
+    assert(p->quads.face_count > 0);
+    if (qw_is_faultless(p->faults)) return;
+    if (placing == QW_MEMBRANE) try_membrane(s, p);
+    if (placing == QW_SEARCH || placing == QW_SEARCH_BOTH) try_search(s, p);
+    if (placing == QW_MEMBRANE_SEARCH || (placing == QW_SEARCH_BOTH && p->faults.flipped > 0)) {
+        spread(s, p);
+        try_search(s, p);
+    }
+}
+
+/* ---- back to the curves */
+
+/* Of the quads around v. */
+static qw_faults faults_around(qw_repair_site *s, const qw_patch *p, uint32_t v)
+{
+    qw_faults sum = {0, 0, 0};
+    for (uint32_t k = p->begin[v]; k < p->begin[v + 1]; k++)
+        qw_add_faults(&sum, qw_patch_faults_of(s, p, p->around[k] / 4), 1);
+    return sum;
+}
+
+/* Moves v to `to` if that adds no faults; returns whether it did. */
+static bool may_go(qw_repair_site *s, qw_patch *p, uint32_t v, qw_vec3 to)
+{
+    qw_vec3 from = p->position[v], ground = p->ground[v];
+    qw_faults now = p->faults;
+    qw_add_faults(&now, faults_around(s, p, v), -1);
+    p->position[v] = to, p->ground[v] = qw_v3(0, 0, 0);
+    qw_add_faults(&now, faults_around(s, p, v), 1);
+    if (!qw_fewer_faults(p->faults, now)) {
+        p->faults = now;
+        return true;
+    }
+    p->position[v] = from, p->ground[v] = ground;
+    return false;
+}
+
+void qw_patch_put_on_curves(qw_repair_site *s, qw_patch *p)
+{
+    assert(p->moving_count <= p->quads.vertex_count);
+    for (uint32_t k = 0; k < p->moving_count; k++) {
+        uint32_t v = p->moving[k];
+        if (p->role[v] != QW_ROLE_CORNER && p->role[v] != QW_ROLE_STRAY) continue;
+        if (qw_distance(p->position[v], p->home[v]) == 0 || may_go(s, p, v, p->home[v])) continue;
+        qw_vec3 half = qw_lerp(p->position[v], p->home[v], 0.5f);
+        may_go(s, p, v, p->role[v] == QW_ROLE_CORNER ? qw_curve_nearest(s->all_curves, half, INFINITY).point : half);
+    }
+    qw_patch_save(p);
+}

@@ -1,0 +1,13 @@
+/* What a dump says, part by part, against what the stages leave: each structure by its own validator, and what follows
+   from earlier parts by making it again. */
+#ifndef QW_RUN_DUMP_VALIDATE_H
+#define QW_RUN_DUMP_VALIDATE_H
+
+#include "run/driver.h"
+
+/* The part is a stage, or -1 for the input; finished: stages in the dump. Earlier parts have been validated, indices
+   are in range and numbers finite. Fails with QW_INTERNAL and a sentence. Sets what a dump leaves out: the censuses,
+   and the sizes of the core. */
+void qw_state_validate(qw_context_state *c, int part, uint32_t finished);
+
+#endif

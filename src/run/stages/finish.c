@@ -1,0 +1,113 @@
+/* The stage FINISH: what is done once, to the attempt that was chosen. Uncovered protrusions with sharp edges grow,
+   flipped quads are repaired, small components that have some left are made anew, vertices move nearer to the surface,
+   and a result whose topology differs from the surface's is refused. */
+#include "run/stages/stages.h"
+
+#include "base/constants.h"
+#include "base/promise.h"
+#include "whole/remake.h"
+#include "whole/wrapped.h"
+#include "run/stages/split_levels.h"
+#include "run/stages/lost_edges.h"
+#include "run/stages/coverage.h"
+#include "remesh/relax/fit.h"
+#include "remesh/relax/flip_repair.h"
+#include "remesh/quads/topology.h"
+#include "remesh/quads/wanted.h"
+#include "products/wrap/wrap_target.h"
+
+/* The quads during the stage. */
+typedef struct finishing {
+    qw_run_state *run;
+    qw_quadmesh quads;
+    uint8_t *flipped; /* uint8_t[quads.face_count], as of qw_run_state */
+} finishing;
+
+/* ---- flipped quads */
+
+/* Whether so many quads are flipped that the surface contradicts itself, as a heap of needles does. */
+static bool is_hopeless(const finishing *f)
+{
+    uint32_t count = 0;
+    for (uint32_t q = 0; q < f->quads.face_count; q++) count += f->flipped[q] == QW_FLIPPED;
+    return count > QW_HOPELESS_FAULTS * f->quads.face_count;
+}
+
+static void repair_flips(finishing *f)
+{
+    qw_run_state *run = f->run;
+    run->report->repaired_flips = 0;
+    if (f->quads.face_count == 0 || is_hopeless(f)) return;
+    int64_t least = qw_least_faces(qw_faces_with_reserve(run), 1, qw_times_used(run));
+    if (least > f->quads.face_count) least = f->quads.face_count;
+    qw_trimesh surface = qw_parted_surface(run);
+    qw_flip_repair repair = {
+        .surface = &surface, .tree = run->tree, .whole = &run->core.mesh, .last_resort = true, .least = least};
+    finishing repaired = {run, f->quads, QW_NEW(run->env, uint8_t, f->quads.face_count)};
+    qw_flip_counts counts = qw_repair_flips(run->env, &repaired.quads, &repair, repaired.flipped);
+    if (counts.flipped_left >= counts.flipped ||
+        qw_check_topology(run->env, &repaired.quads, &run->working.mesh).broken_count > 0)
+        return;
+    *f = repaired;
+    run->report->repaired_flips = counts.flipped - counts.flipped_left;
+}
+
+/* ---- nearer to the surface */
+
+static void fit_to_surface(finishing *f)
+{
+    const qw_run_state *run = f->run;
+    const qw_frame *frame = &run->clean.frame;
+    /* vertices of the other side are moved onto its surface afterwards */
+    bool each_follows = run->mirror.is_used && run->options.symmetry_follow;
+    if (run->options.fit == 0 || f->quads.face_count == 0 || each_follows) return;
+    if (run->options.fit_to == QW_FIT_TO_LIMIT) return; /* from where they are now: run/stages/split_levels.h */
+    double cut[4] = {0};
+    for (int k = 0; run->input.cut && k < 3; k++) {
+        cut[k] = run->input.cut[k];
+        cut[3] -= cut[k] * frame->center[k];
+    }
+    if (run->input.cut) cut[3] = (cut[3] + run->input.cut[3]) * frame->scale;
+    qw_fit fit = {.tree = run->tree, .strength = (float)run->options.fit};
+    if (run->input.cut) fit.cut = cut;
+    qw_trimesh seen;
+    fit.meant = (qw_meant){.surface = run->tree,
+                           .tree = qw_seen_of_input(f->run, &seen),
+                           .reach = (float)QW_WRAP_NEAR * run->whole.clean.wrapped,
+                           .off = (float)QW_WRAP_OFF * run->whole.clean.wrapped};
+    qw_fit_quads(run->env, &f->quads, &fit);
+}
+
+/* ---- what leaves */
+
+/* Where a plane of symmetry is used, more quads or no plane may help: run/retries.def. */
+static void check_topology(const finishing *f)
+{
+    qw_topology_check check = qw_check_topology(f->run->env, &f->quads, &f->run->working.mesh);
+    f->run->sides_meet = check.broken_count == 0 && f->quads.face_count > 0;
+    if (!f->run->sides_meet && !f->run->mirror.is_used)
+        qw_fail(f->run->env, QW_INTERNAL, -1,
+                "%u of %u components did not keep their topology, so the result is withheld", check.broken_count,
+                check.component_count);
+}
+
+void qw_stage_FINISH(qw_run_state *run)
+{
+    finishing f = {run, run->relaxed, run->flipped};
+    run->sides_meet = 1;
+    if (run->options.repair) {
+        if (run->options.relax) {
+            run->report->grown_protrusions = run->grown + qw_grow_protrusions(run, &f.quads, &f.flipped, true);
+            repair_flips(&f);
+            run->report->repaired_flips += qw_remake_flipped(run, &f.quads, &f.flipped);
+            fit_to_surface(&f);
+        }
+        check_topology(&f);
+    }
+    run->fitted = f.quads;
+    run->report->count_finished = (int64_t)f.quads.face_count - run->relaxed.face_count;
+    qw_trimesh working = qw_parted_working(run);
+    qw_size_fit sizes = qw_fit_of_sizes(run->env, &f.quads, &(qw_wanted){&working, run->size, run->working_tree, NULL});
+    run->report->size_cv = sizes.deviation, run->report->long_share = sizes.long_share;
+    qw_report_lost_edges(run, &f.quads);
+}

@@ -1,0 +1,23 @@
+/* The stages, in order; what each takes from the run, calls and leaves in it is in surface.c, integers.c, quads.c and
+ * finish.c.
+ */
+#ifndef QW_RUN_STAGES_STAGES_H
+#define QW_RUN_STAGES_STAGES_H
+
+#include "remesh/quantise/regular.h"
+#include "whole/state.h"
+
+#define QW_STAGE(name, title, source, weight) void qw_stage_##name(qw_run_state *run);
+#include "quadwright/stages.def"
+#undef QW_STAGE
+
+/* Whether the integers come from closed offsets, which need no position field. */
+static inline bool qw_is_closed_flow(const qw_options *options) { return options->flow == QW_FLOW_CLOSED; }
+
+/* What HIERARCHY leaves, for a stage that finds none: whole/state.h. In the current scope. */
+qw_hierarchy *qw_build_hierarchy(const qw_run_state *run);
+
+/* In WORKING: sets run->constraint and run->direction, the feature constraints of the working mesh. */
+void qw_set_holds(qw_run_state *run);
+
+#endif

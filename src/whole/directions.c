@@ -1,0 +1,55 @@
+#include "whole/directions.h"
+
+#include "products/attributes/crosses.h"
+#include "base/constants.h"
+#include "whole/cut.h"
+#include "whole/guides.h"
+
+#include <math.h>
+
+static bool is_asked(const qw_run_state *run)
+{
+    return run->steering.field != NULL || qw_has_guides(run, QW_GUIDE_DIRECTION);
+}
+
+qw_vec3 *qw_find_wishes(const qw_run_state *run)
+{
+    qw_env *env = run->env;
+    const qw_steering *s = &run->steering;
+    const qw_trimesh *mesh = &run->working.mesh;
+    if (!is_asked(run)) return NULL;
+    qw_vec3 *wish = NULL;
+    qw_scope_begin(env);
+    if (s->field) {
+        const qw_whole *w = &run->whole; /* whose frame has the same axes */
+        qw_source source = qw_source_build(env, w->input, &w->clean, w->census.component);
+        qw_vec3 *position = QW_NEW(env, qw_vec3, mesh->vertex_count);
+        for (uint32_t v = 0; v < mesh->vertex_count; v++) position[v] = qw_in_whole(run, mesh->position[v]);
+        wish = qw_crosses_at_points(env, &source, s->field_domain, s->field, position, run->normal, mesh->vertex_count,
+                                    (float)(run->rho * qw_whole_scale(run)));
+    }
+    if (!wish) wish = QW_NEW_ZERO(env, qw_vec3, mesh->vertex_count);
+    qw_keep(env, wish);
+    qw_scope_end(env);
+    qw_add_guide_wishes(run, wish);
+    return wish;
+}
+
+double qw_lines_followed(const qw_run_state *run)
+{
+    return is_asked(run) ? fmax(run->options.follow, QW_USUAL_FOLLOW) : run->options.follow;
+}
+
+void qw_report_field_angle(qw_run_state *run, const qw_quadmesh *quads)
+{
+    qw_env *env = run->env;
+    const qw_steering *s = &run->steering;
+    run->report->field_angle = -1;
+    if (!s->field) return;
+    qw_scope_begin(env);
+    const qw_whole *w = &run->whole;
+    qw_source source = qw_source_build(env, w->input, &w->clean, w->census.component);
+    run->report->field_angle = qw_mean_field_angle(env, &source, s->field_domain, s->field, quads,
+                                                   (float)(run->rho * qw_whole_scale(run)));
+    qw_scope_end(env);
+}

@@ -1,0 +1,15 @@
+/* What a quick answer leaves out (--fast): docs/dev/decisions/fast.md. Beside this a draft has the working mesh of
+ * quads that follow nothing, a preview a coarser one (whole/sizes.c), and neither goes back for its coverage
+ * (run/retry.c).
+ */
+#ifndef QW_WHOLE_FAST_H
+#define QW_WHOLE_FAST_H
+
+#include "quadwright/quadwright.h"
+
+typedef enum qw_fast { QW_FAST_NO, QW_FAST_DRAFT, QW_FAST_PREVIEW } qw_fast;
+
+/* The options that the stages are to see: those that say how much of something is wanted are 0 where it is left out. */
+qw_options qw_without_slow(const qw_options *options);
+
+#endif

@@ -1,0 +1,162 @@
+#include "whole/guides.h"
+
+#include "whole/small.h"
+#include "geometry/bvh.h"
+#include "geometry/engrave.h"
+#include "whole/sizes.h"
+
+#include <math.h>
+
+/* How far from the surface a point of a guide may lie, in edges of the quads that the surface is fine enough for: those
+   of the result are up to twice as long. */
+static const double MOST_OFF = 1;
+/* How far from a guide of direction it counts, in edges of the quads; from half of that on less and less. */
+static const float REACH = 1.5f;
+/* Points that are looked at on an edge's length of a guide, to see how far it is from edges. */
+static const double SAMPLES = 4;
+
+bool qw_has_guides(const qw_run_state *run, qw_guide_kind kind)
+{
+    for (uint32_t g = 0; g < run->steering.guide_count; g++)
+        if (run->steering.guide_kind[g] == kind) return true;
+    return false;
+}
+
+/* Guides may be anywhere: farther than so many diagonals off they are held there, so that single precision has them. */
+static const double FARTHEST = 1e6;
+/* At most so many samples of a step, however long it is. */
+static const double MOST_SAMPLES = 1e6;
+
+static qw_vec3 in_frame(const qw_run_state *run, const double *p)
+{
+    const qw_frame *f = &run->clean.frame;
+    double q[3];
+    for (int k = 0; k < 3; k++) q[k] = fmin(fmax((p[k] - f->center[k]) * f->scale, -FARTHEST), FARTHEST);
+    return qw_v3((float)q[0], (float)q[1], (float)q[2]);
+}
+
+/* All guides in the frame: qw_vec3[points]. */
+static qw_vec3 *points_in_frame(const qw_run_state *run)
+{
+    const qw_steering *s = &run->steering;
+    uint32_t n = s->guide_begin[s->guide_count];
+    qw_vec3 *point = QW_NEW(run->env, qw_vec3, n);
+    for (uint32_t i = 0; i < n; i++) point[i] = in_frame(run, s->guide_point + 3 * (size_t)i);
+    return point;
+}
+
+/* ---- on the surface */
+
+static void require_near(const qw_run_state *run, const qw_bvh *bvh, const qw_vec3 *point, double edge)
+{
+    const qw_steering *s = &run->steering;
+    double worst = 0;
+    uint32_t guide = 0, number = 0;
+    for (uint32_t g = 0; g < s->guide_count; g++)
+        for (uint32_t i = s->guide_begin[g]; i < s->guide_begin[g + 1]; i++) {
+            qw_hit hit = qw_bvh_nearest(bvh, point[i], qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
+            double off = hit.face == QW_NONE ? INFINITY : sqrt((double)hit.distance2);
+            if (off > worst) worst = off, guide = g, number = i - s->guide_begin[g];
+        }
+    if (worst > MOST_OFF * edge)
+        qw_fail(
+            run->env, QW_ARGUMENT, guide,
+            "guide %u is off the surface: its point %u lies %.4g away, and %.4g, about half an edge of the quads, is "
+            "the most",
+            guide, number, worst / run->clean.frame.scale, MOST_OFF * edge / run->clean.frame.scale);
+}
+
+static void take_surface(qw_run_state *run, const qw_trimesh *cut)
+{
+    qw_env *env = run->env;
+    run->surface = *cut;
+    run->surface_census = qw_trimesh_census(env, cut);
+    qw_keep(env, cut->position), qw_keep(env, cut->corner), qw_keep(env, cut->twin), qw_keep(env, cut->mark);
+    qw_keep(env, cut->point), qw_keep(env, run->surface_census.component);
+}
+
+void qw_engrave_guides(qw_run_state *run)
+{
+    qw_env *env = run->env;
+    const qw_steering *s = &run->steering;
+    run->report->guide_edges = 0;
+    if (s->guide_count == 0) return;
+    double edge = qw_edge_wanted(run, qw_faces_without_small(run, run->surface_faces));
+    qw_scope_begin(env);
+    const qw_vec3 *point = points_in_frame(run);
+    const qw_bvh *bvh = qw_bvh_build(env, &run->surface);
+    require_near(run, bvh, point, edge);
+    qw_polylines lines = {0};
+    uint32_t *number = QW_NEW(env, uint32_t, s->guide_count),
+             *begin = QW_NEW(env, uint32_t, (size_t)s->guide_count + 1);
+    for (uint32_t g = 0; g < s->guide_count; g++)
+        if (s->guide_kind[g] == QW_GUIDE_LOOP) number[lines.count++] = g;
+    qw_vec3 *loops = QW_NEW(env, qw_vec3, s->guide_begin[s->guide_count]);
+    begin[0] = 0;
+    for (uint32_t i = 0; i < lines.count; i++) {
+        begin[i + 1] = begin[i];
+        for (uint32_t k = s->guide_begin[number[i]]; k < s->guide_begin[number[i] + 1]; k++)
+            loops[begin[i + 1]++] = point[k];
+    }
+    lines.begin = begin, lines.point = loops, lines.number = number;
+    if (lines.count > 0) {
+        qw_trimesh cut = qw_engrave(env, &run->surface, bvh, &lines, (float)edge, &run->report->guide_edges);
+        take_surface(run, &cut);
+    }
+    qw_scope_end(env);
+}
+
+/* ---- directions */
+
+void qw_add_guide_wishes(const qw_run_state *run, qw_vec3 *wish)
+{
+    qw_env *env = run->env;
+    const qw_steering *s = &run->steering;
+    const qw_trimesh *mesh = &run->working.mesh;
+    if (!qw_has_guides(run, QW_GUIDE_DIRECTION)) return;
+    qw_scope_begin(env);
+    const qw_vec3 *point = points_in_frame(run);
+    uint32_t n = s->guide_begin[s->guide_count], count = 0;
+    qw_vec3 *from = QW_NEW(env, qw_vec3, n), *to = QW_NEW(env, qw_vec3, n);
+    for (uint32_t g = 0; g < s->guide_count; g++)
+        for (uint32_t i = s->guide_begin[g]; i + 1 < s->guide_begin[g + 1]; i++)
+            if (s->guide_kind[g] == QW_GUIDE_DIRECTION) from[count] = point[i], to[count++] = point[i + 1];
+    const qw_curve_tree *tree = qw_curve_tree_build(env, from, to, count);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) {
+        float reach = REACH * (float)run->rho;
+        qw_curve_hit hit = qw_curve_nearest(tree, mesh->position[v], reach);
+        if (hit.segment == QW_NONE) continue;
+        qw_vec3 along = qw_normalize(qw_sub(to[hit.segment], from[hit.segment])),
+                flat = qw_reject(along, run->normal[v]);
+        if (qw_length2(flat) < 0.5f) continue; /* it stands on the surface here: it is another sheet's */
+        wish[v] = qw_scale(qw_normalize(flat), fminf(2 * (1 - sqrtf(hit.distance2) / reach), 1));
+    }
+    qw_scope_end(env);
+}
+
+/* ---- what became of them */
+
+void qw_report_guides(qw_run_state *run, const qw_quadmesh *quads)
+{
+    qw_env *env = run->env;
+    const qw_steering *s = &run->steering;
+    float worst = 0;
+    run->report->guide_off = -1;
+    if (!qw_has_guides(run, QW_GUIDE_LOOP)) return;
+    qw_scope_begin(env);
+    const qw_vec3 *point = points_in_frame(run);
+    const qw_bvh *surface = qw_bvh_build(env, &run->surface);
+    const qw_curve_tree *edges = qw_curve_tree_of_quads(env, quads);
+    for (uint32_t g = 0; g < s->guide_count; g++)
+        for (uint32_t i = s->guide_begin[g]; s->guide_kind[g] == QW_GUIDE_LOOP && i + 1 < s->guide_begin[g + 1]; i++) {
+            uint32_t steps = 1 + (uint32_t)fmin(SAMPLES * (double)qw_distance(point[i], point[i + 1]) / run->rho,
+                                                MOST_SAMPLES);
+            for (uint32_t k = 0; k < steps; k++) {
+                qw_vec3 p = qw_lerp(point[i], point[i + 1], (float)k / (float)steps);
+                qw_hit hit = qw_bvh_nearest(surface, p, qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
+                worst = fmaxf(worst, qw_curve_nearest(edges, hit.point, INFINITY).distance2);
+            }
+        }
+    run->report->guide_off = sqrt((double)worst) / run->rho;
+    qw_scope_end(env);
+}

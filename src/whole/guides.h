@@ -1,0 +1,20 @@
+/* The lines that a caller has drawn: on which edges of the result are to lie, or along which quads are to run. */
+#ifndef QW_WHOLE_GUIDES_H
+#define QW_WHOLE_GUIDES_H
+
+#include "whole/state.h"
+
+/* Makes the loops among the guides marked edges of run->surface, which has its other marks. Fails with QW_ARGUMENT
+   where a guide is off the surface. */
+void qw_engrave_guides(qw_run_state *run);
+
+/* Adds to the wishes, qw_vec3[working vertices], what guides of direction ask for beside them. */
+void qw_add_guide_wishes(const qw_run_state *run, qw_vec3 *wish);
+
+/* Whether there are guides of a kind. */
+bool qw_has_guides(const qw_run_state *run, qw_guide_kind kind);
+
+/* report->guide_off of the quads. */
+void qw_report_guides(qw_run_state *run, const qw_quadmesh *quads);
+
+#endif

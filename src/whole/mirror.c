@@ -1,0 +1,420 @@
+#include "whole/mirror.h"
+
+#include "base/constants.h"
+#include "whole/painted.h"
+#include "whole/sizes.h"
+#include "geometry/bvh.h"
+#include "remesh/clean/marks.h"
+#include "whole/half.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* A surface is nearly symmetric if 95 % of it, reflected, lie within this share of its diagonal; so is a component
+   whose twin is looked for, within this share of the surface's diagonal and TWIN of its own. */
+static const double NEARLY = 0.01, TWIN = 0.1, MOST_OF_IT = 0.95;
+
+static const char ONE_SIDED[] =
+    "a one-sided surface, such as a Moebius strip, cannot be made symmetric: its two sides cannot be told apart";
+static const char OTHER_TOPOLOGY[] =
+    "the two sides of the plane of symmetry have different holes, handles or parts: the result has those of one side "
+    "twice";
+static const char NOT_USED[] =
+    "the two sides of the plane of symmetry have different holes, handles or parts: it was not used";
+static const char NO_ROOM[] =
+    "so few quads have no room for both sides of a part at the plane of symmetry: it was not used";
+
+static qw_vec3 in_frame(const qw_frame *frame, const double p[3])
+{
+    return qw_v3((float)((p[0] - frame->center[0]) * frame->scale), (float)((p[1] - frame->center[1]) * frame->scale),
+                 (float)((p[2] - frame->center[2]) * frame->scale));
+}
+
+/* ---- planes */
+
+static bool is_auto(const qw_run_state *run) { return run->options.symmetry == QW_SYMMETRY_AUTO; }
+
+static bool is_one_sided(const qw_run_state *run) { return run->whole.clean.counts.one_sided_seam_edges > 0; }
+
+static uint32_t find_planes(const qw_run_state *run, qw_mirror_search found[QW_MOST_PLANES])
+{
+    const qw_options *o = &run->options;
+    if (o->symmetry == QW_SYMMETRY_PLANE) {
+        double normal[3] = {o->symmetry_x, o->symmetry_y, o->symmetry_z};
+        if (normal[0] == 0 && normal[1] == 0 && normal[2] == 0)
+            qw_fail(run->env, QW_OPTION, -1, "the plane of symmetry has no normal: symmetry_x, _y and _z are all 0");
+        found[0] = (qw_mirror_search){qw_mirror_plane_of(normal, o->symmetry_offset), -1, -1, -1};
+        return 1;
+    }
+    int axis = is_auto(run) ? QW_NO_AXIS : (int)o->symmetry - QW_SYMMETRY_X;
+    return qw_find_mirror_planes(run->env, &run->whole.clean.mesh, &run->whole.clean.frame, axis, found);
+}
+
+static void report_plane(qw_report *report, const qw_mirror_search *found, bool is_used)
+{
+    report->symmetric = is_used;
+    report->symmetry_gap = found->gap;
+    report->symmetry_far = found->far;
+    report->plane_x = is_used ? found->plane.normal[0] : 0, report->plane_y = is_used ? found->plane.normal[1] : 0;
+    report->plane_z = is_used ? found->plane.normal[2] : 0, report->plane_offset = is_used ? found->plane.offset : 0;
+}
+
+static void warn_of_gap(qw_run_state *run, double gap)
+{
+    char text[sizeof run->report->warnings[0]];
+    snprintf(text, sizeof text,
+             "no plane of symmetry was found: about the best, the surface is off by %.2g of its diagonal in the mean",
+             gap);
+    qw_warn(run, text);
+}
+
+/* ---- components without a twin */
+
+/* The clean surface and the components of it that lie off the plane. */
+typedef struct twins {
+    const qw_run_state *run;
+    const qw_mirror_plane *plane;
+    const double *position; /* double[vertices][3], in the coordinates of the input */
+    uint32_t components;
+    double *low, *high; /* double[components]: least and largest height above the plane */
+    double *extent;     /* double[components]: the longest side of the box, in the frame */
+    uint32_t *samples, *found;
+} twins;
+
+static bool is_off(const twins *t, uint32_t c)
+{
+    double near = QW_IN_PLANE / t->run->whole.clean.frame.scale;
+    return t->low[c] > near || t->high[c] < -near;
+}
+
+static void measure_components(twins *t)
+{
+    const qw_trimesh *m = &t->run->whole.clean.mesh;
+    qw_env *env = t->run->env;
+    double *box = QW_NEW(env, double, 6 * (size_t)t->components);
+    for (uint32_t c = 0; c < t->components; c++) {
+        t->low[c] = HUGE_VAL, t->high[c] = -HUGE_VAL;
+        for (int k = 0; k < 3; k++) box[6 * (size_t)c + k] = HUGE_VAL, box[6 * (size_t)c + 3 + k] = -HUGE_VAL;
+    }
+    for (uint32_t h = 0; h < 3 * m->face_count; h++) {
+        uint32_t c = t->run->whole.census.component[h / 3];
+        const double *p = t->position + 3 * (size_t)m->corner[h];
+        double height = qw_plane_height(t->plane, p), *b = box + 6 * (size_t)c;
+        t->low[c] = fmin(t->low[c], height), t->high[c] = fmax(t->high[c], height);
+        for (int k = 0; k < 3; k++) b[k] = fmin(b[k], p[k]), b[3 + k] = fmax(b[3 + k], p[k]);
+    }
+    for (uint32_t c = 0; c < t->components; c++) {
+        const double *b = box + 6 * (size_t)c;
+        t->extent[c] = fmax(b[3] - b[0], fmax(b[4] - b[1], b[5] - b[2])) * t->run->whole.clean.frame.scale;
+    }
+    qw_free(env, box);
+}
+
+/* The faces of the components off the plane, with the positions of all vertices in the frame. *face: the face of the
+   clean surface that each is. */
+static qw_trimesh off_plane(const twins *t, uint32_t **face)
+{
+    const qw_trimesh *m = &t->run->whole.clean.mesh;
+    qw_env *env = t->run->env;
+    qw_trimesh off = {.vertex_count = m->vertex_count};
+    qw_vec3 *position = QW_NEW(env, qw_vec3, m->vertex_count);
+    for (uint32_t v = 0; v < m->vertex_count; v++)
+        position[v] = in_frame(&t->run->whole.clean.frame, t->position + 3 * (size_t)v);
+    off.position = position, off.corner = QW_NEW(env, uint32_t, 3 * (size_t)m->face_count);
+    *face = QW_NEW(env, uint32_t, m->face_count);
+    for (uint32_t f = 0; f < m->face_count; f++) {
+        if (!is_off(t, t->run->whole.census.component[f])) continue;
+        (*face)[off.face_count] = f;
+        memcpy(off.corner + 3 * (size_t)off.face_count++, m->corner + 3 * (size_t)f, 3 * sizeof *m->corner);
+    }
+    return off;
+}
+
+/* Counts, for each component off the plane, how many of its corners have one of the other side at their reflection. */
+static void count_found(twins *t)
+{
+    const uint32_t *component = t->run->whole.census.component;
+    uint32_t *face;
+    qw_trimesh off = off_plane(t, &face);
+    if (off.face_count == 0) return;
+    qw_bvh *tree = qw_bvh_build(t->run->env, &off);
+    for (uint32_t h = 0; h < 3 * off.face_count; h++) {
+        uint32_t c = component[face[h / 3]];
+        double p[3];
+        qw_break_silence(t->run->env);
+        qw_reflect(t->plane, t->position + 3 * (size_t)off.corner[h], p);
+        float reach = (float)fmin(NEARLY, TWIN * t->extent[c]);
+        qw_hit hit = qw_bvh_nearest(tree, in_frame(&t->run->whole.clean.frame, p), qw_v3(0, 0, 0), -1, reach, QW_NONE);
+        t->samples[c]++;
+        if (hit.face == QW_NONE) continue;
+        uint32_t d = component[face[hit.face]];
+        t->found[c] += (t->low[c] > 0) != (t->low[d] > 0);
+    }
+}
+
+/* uint8_t[components of the clean surface]: 1 where one lies off the plane and has no twin on its other side; NULL:
+   none does, or all do, so that nothing would be reflected. */
+static uint8_t *find_single(const qw_run_state *run, const qw_mirror_plane *plane, const double *position)
+{
+    qw_env *env = run->env;
+    uint32_t n = (uint32_t)run->whole.census.components, count = 0;
+    if (n < 2) return NULL;
+    uint8_t *single = QW_NEW_ZERO(env, uint8_t, n);
+    qw_scope_begin(env);
+    twins t = {.run = run, .plane = plane, .position = position, .components = n};
+    t.low = QW_NEW(env, double, n), t.high = QW_NEW(env, double, n), t.extent = QW_NEW(env, double, n);
+    t.samples = QW_NEW_ZERO(env, uint32_t, n), t.found = QW_NEW_ZERO(env, uint32_t, n);
+    measure_components(&t);
+    count_found(&t);
+    for (uint32_t c = 0; c < n; c++) {
+        single[c] = is_off(&t, c) && t.found[c] < MOST_OF_IT * t.samples[c];
+        count += single[c];
+    }
+    qw_scope_end(env);
+    if (count > 0 && count < n) return single;
+    qw_free(env, single);
+    return NULL;
+}
+
+static void warn_of_single(qw_run_state *run, const uint8_t *single)
+{
+    uint32_t count = 0;
+    char text[sizeof run->report->warnings[0]];
+    for (uint32_t c = 0; single && c < (uint32_t)run->whole.census.components; c++) count += single[c];
+    snprintf(text, sizeof text,
+             "%u component%s on one side of the plane of symmetry ha%s no twin on the other: kept once, not reflected",
+             count, count == 1 ? "" : "s", count == 1 ? "s" : "ve");
+    if (count > 0) qw_warn(run, text);
+}
+
+/* ---- the cut */
+
+/* One side of the surface, and what belongs to it. */
+typedef struct side {
+    qw_half half;
+    uint8_t *single; /* uint8_t[components of the clean surface], or NULL */
+    uint8_t *single_vertex;
+} side;
+
+static side cut_surface(qw_run_state *run, const qw_mirror_plane *plane)
+{
+    qw_env *env = run->env;
+    qw_trimesh surface = run->whole.clean.mesh;
+    side s = {.single_vertex = NULL};
+    if (run->whole.input->mark_count > 0) qw_take_marks(env, run->whole.input, &run->whole.clean.frame, &surface);
+    double *position = QW_NEW(env, double, 3 * (size_t)surface.vertex_count);
+    for (uint32_t v = 0; v < surface.vertex_count; v++)
+        qw_place_in_input(&run->whole.clean, surface.position[v], position + 3 * (size_t)v);
+    s.single = find_single(run, plane, position);
+    if (s.single) s.single_vertex = QW_NEW_ZERO(env, uint8_t, surface.vertex_count);
+    for (uint32_t h = 0; s.single && h < 3 * surface.face_count; h++)
+        s.single_vertex[surface.corner[h]] = s.single[run->whole.census.component[h / 3]];
+    s.half = qw_cut_half(env, &surface, position, plane, s.single_vertex);
+    qw_free(env, position);
+    if (surface.mark != run->whole.clean.mesh.mark) qw_free(env, surface.mark);
+    return s;
+}
+
+static qw_density *density_of(const qw_run_state *run, const qw_half *half)
+{
+    if (!run->whole.input->density) return NULL;
+    qw_density *painted = qw_painted_at_clean(run), *density = QW_NEW(run->env, qw_density, half->vertex_count);
+    for (uint32_t v = 0; v < half->vertex_count; v++) {
+        const qw_half_vertex *o = &half->origin[v];
+        density[v] = (qw_density)((1 - o->share) * (double)painted[o->from] + o->share * (double)painted[o->to]);
+    }
+    qw_free(run->env, painted);
+    return density;
+}
+
+static qw_clean_input input_of(const qw_run_state *run, const qw_half *half)
+{
+    uint32_t *begin = QW_NEW(run->env, uint32_t, (size_t)half->face_count + 1);
+    double *cut = QW_NEW(run->env, double, 4);
+    for (uint32_t f = 0; f <= half->face_count; f++) begin[f] = 3 * f;
+    memcpy(cut, half->plane.normal, 3 * sizeof *cut);
+    cut[3] = half->plane.offset;
+    return (qw_clean_input){.vertex_count = half->vertex_count,
+                            .face_count = half->face_count,
+                            .position = half->position,
+                            .face_begin = begin,
+                            .corner = half->corner,
+                            .mark_count = half->mark_count,
+                            .mark = half->mark,
+                            .density = density_of(run, half),
+                            .cut = cut};
+}
+
+/* ---- guides */
+
+/* The guides on the core's side. Those that lie on the other side altogether are reflected; of those that cross the
+   plane, what lies on the core's side remains, as one guide for each stretch. */
+typedef struct folding {
+    const qw_steering *from;
+    qw_steering *to;
+    const qw_mirror_plane *plane;
+    double side;         /* 1 or -1: the sign of the heights on the core's side */
+    uint32_t begin, end; /* the points of `to` that belong to the stretch that was begun */
+} folding;
+
+static void put_point(folding *f, const double p[3])
+{
+    memcpy(f->to->guide_point + 3 * (size_t)f->end++, p, 3 * sizeof *p);
+}
+
+/* Ends the stretch, which is dropped if it is but a point. */
+static void end_stretch(folding *f, uint32_t guide)
+{
+    qw_steering *to = f->to;
+    if (f->end - f->begin < 2) {
+        f->end = f->begin;
+        return;
+    }
+    to->guide_kind[to->guide_count++] = f->from->guide_kind[guide];
+    to->guide_begin[to->guide_count] = f->begin = f->end;
+}
+
+/* Puts the point where the step from p to q, with heights a and b, crosses the plane. */
+static void put_crossing(folding *f, const double *p, double a, const double *q, double b)
+{
+    double t = a / (a - b), x[3];
+    for (int k = 0; k < 3; k++) x[k] = p[k] + t * (q[k] - p[k]);
+    qw_put_on_plane(f->plane, x);
+    put_point(f, x);
+}
+
+static double height_of(const folding *f, uint32_t point)
+{
+    return f->side * qw_plane_height(f->plane, f->from->guide_point + 3 * (size_t)point);
+}
+
+static void reflect_guide(folding *f, uint32_t begin, uint32_t end)
+{
+    for (uint32_t i = begin; i < end; i++) {
+        double reflected[3];
+        qw_reflect(f->plane, f->from->guide_point + 3 * (size_t)i, reflected);
+        put_point(f, reflected);
+    }
+}
+
+static void fold_guide(folding *f, uint32_t guide)
+{
+    uint32_t begin = f->from->guide_begin[guide], end = f->from->guide_begin[guide + 1];
+    bool is_beyond = true;
+    for (uint32_t i = begin; i < end; i++) is_beyond &= height_of(f, i) <= 0;
+    if (is_beyond) reflect_guide(f, begin, end);
+    for (uint32_t i = begin; i < end && !is_beyond; i++) {
+        const double *p = f->from->guide_point + 3 * (size_t)i;
+        double a = height_of(f, i), b = i + 1 < end ? height_of(f, i + 1) : a;
+        if (a >= 0) put_point(f, p);
+        if (a * b < 0) put_crossing(f, p, a, p + 3, b);
+        if (b < 0) end_stretch(f, guide);
+    }
+    end_stretch(f, guide);
+}
+
+/* There are no more stretches than points, and no more crossings. */
+static qw_steering steering_of(const qw_run_state *run, const qw_mirror_plane *plane, double sign)
+{
+    const qw_steering *from = run->whole.steering;
+    qw_steering to = *from;
+    if (from->guide_count == 0) return to;
+    size_t points = from->guide_begin[from->guide_count];
+    to.guide_count = 0;
+    to.guide_begin = QW_NEW_ZERO(run->env, uint32_t, points + 1);
+    to.guide_kind = QW_NEW_ZERO(run->env, uint8_t, points);
+    to.guide_point = QW_NEW(run->env, double, 6 * points);
+    folding f = {from, &to, plane, sign, 0, 0};
+    for (uint32_t g = 0; g < from->guide_count; g++) fold_guide(&f, g);
+    return to;
+}
+
+/* ---- the core */
+
+static double area_of_single(const qw_run_state *run)
+{
+    const qw_trimesh *m = &run->clean.mesh;
+    double area = 0;
+    for (uint32_t f = 0; run->mirror.single && f < m->face_count; f++)
+        if (run->mirror.single[run->clean_census.component[f]]) area += 0.5 * (double)qw_length(qw_face_cross(m, f));
+    return area;
+}
+
+/* Of the core's components those that are not reflected. */
+static uint8_t *single_of_core(const qw_run_state *run, const side *s)
+{
+    if (!s->single) return NULL;
+    uint8_t *single = QW_NEW_ZERO(run->env, uint8_t, (size_t)run->clean_census.components);
+    for (uint32_t f = 0; f < run->clean.mesh.face_count; f++)
+        single[run->clean_census.component[f]] =
+            s->single[run->whole.census.component[s->half.source[run->clean.source_face[f]]]];
+    return single;
+}
+
+static void take_side(qw_run_state *run, const side *s, const qw_mirror_search *found, uint32_t number)
+{
+    qw_env *env = run->env;
+    const qw_half *half = &s->half;
+    run->input = input_of(run, half);
+    run->clean = qw_clean_surface(env, &run->input, 0, false);
+    run->clean_census = qw_trimesh_census_of(env, &run->clean.mesh, run->clean.component, run->clean.components);
+    run->area = qw_trimesh_area(&run->clean.mesh);
+    run->extent = qw_total_extent(env, &run->clean.mesh, &run->clean_census);
+    run->faces_needed = qw_faces_needed(env, &run->clean.mesh, &run->clean_census);
+    run->mirror = (qw_mirror){.is_used = 1, .number = number, .plane = half->plane, .far = found->far};
+    run->mirror.components = half->whole.components, run->mirror.boundary_loops = half->whole.boundary_loops;
+    run->mirror.euler = half->whole.euler;
+    run->mirror.single = single_of_core(run, s);
+    run->mirror.times = 2 - area_of_single(run) / run->area;
+    double sign = 1;
+    for (uint32_t v = 0; v < half->vertex_count; v++)
+        if (!half->on_plane[v] && !(s->single_vertex && s->single_vertex[half->origin[v].from]))
+            sign = qw_plane_height(&half->plane, half->position + 3 * (size_t)v) > 0 ? 1 : -1;
+    run->steering = steering_of(run, &half->plane, sign);
+    report_plane(run->report, found, true);
+    warn_of_single(run, s->single);
+}
+
+/* Whether the half sewn to its reflection has components of the same topologies as the whole surface: holes that one
+   side has may be on another component of the other side, so that sums alone do not tell. */
+static bool is_like(const qw_run_state *run, const qw_half *half)
+{
+    const qw_census *is = &half->whole, *was = &run->whole.census;
+    if (is->components != was->components) return false;
+    uint64_t *topology = qw_list_topologies(run->env, &run->whole.clean.mesh, was);
+    bool same = memcmp(topology, half->topology, (size_t)was->components * sizeof *topology) == 0;
+    qw_free(run->env, topology);
+    return same;
+}
+
+/* Whether the plane was used. `auto` uses no plane whose sides have another topology. */
+static bool use_plane(qw_run_state *run, const qw_mirror_search *found, uint32_t number)
+{
+    side s = cut_surface(run, &found->plane);
+    if (is_one_sided(run)) qw_fail(run->env, QW_UNSUPPORTED, -1, "%s", ONE_SIDED);
+    if (s.half.face_count == 0) qw_fail(run->env, QW_OPTION, -1, "the whole surface lies in the plane of symmetry");
+    bool is_other = !is_like(run, &s.half);
+    if (is_other && is_auto(run)) return false;
+    if (is_other) qw_warn(run, OTHER_TOPOLOGY);
+    take_side(run, &s, found, number);
+    return true;
+}
+
+void qw_take_one_side(qw_run_state *run)
+{
+    qw_mirror_search found[QW_MOST_PLANES];
+    uint32_t count = find_planes(run, found), first = run->plan.plane;
+    if (!is_auto(run)) {
+        use_plane(run, &found[0], 0);
+        return;
+    }
+    bool is_near = !is_one_sided(run) && found[0].most <= NEARLY;
+    report_plane(run->report, &found[0], false);
+    if (is_one_sided(run)) qw_warn(run, ONE_SIDED);
+    else if (!is_near) warn_of_gap(run, found[0].gap);
+    for (uint32_t i = first; is_near && i < count && found[i].most <= NEARLY; i++)
+        if (use_plane(run, &found[i], i)) return;
+    if (is_near) qw_warn(run, first > 0 ? NO_ROOM : NOT_USED);
+}

@@ -1,0 +1,37 @@
+/* What one attempt of a run does otherwise than another. What an attempt was like, and which plan follows: run/retry.h.
+ */
+#ifndef QW_WHOLE_PLAN_H
+#define QW_WHOLE_PLAN_H
+
+#include <stdint.h>
+
+/* Stiffness, in the second solve, of triangles that the closed offsets would squeeze or invert. */
+typedef enum qw_strategy { QW_STRATEGY_USUAL, QW_STRATEGY_STIFF, QW_STRATEGIES } qw_strategy;
+
+/* Whether cones of sectors lie at the corners of feature curves or beside them. Beside them, other face counts are
+   possible, and crosses fit the corner less well. */
+typedef enum qw_corner_cones { QW_CONES_AT_CORNERS, QW_CONES_BESIDE_CORNERS, QW_CORNER_CONES } qw_corner_cones;
+
+/* How large the neighbourhoods are in which SAT repairs inverted triangles. Small ones do where a stiff surface may
+   be tried next: that takes less time than large ones and leaves no triangle inverted as often. */
+typedef enum qw_effort { QW_EFFORT_SMALL, QW_EFFORT_FULL, QW_EFFORTS } qw_effort;
+
+/* Places around which quads are made smaller, of all retries together. */
+enum { QW_MAX_REFINEMENTS = 512 };
+
+/* All that may differ between two attempts. */
+typedef struct qw_plan {
+    double size_factor; /* of the wanted edge length everywhere */
+    double core_faces;  /* no fewer quads are asked of the core: where so few have no room for both sides of a plane of
+                           symmetry */
+    double reserve;     /* quads of the count that are kept for what sticks out, and grow once all others are there */
+    qw_strategy strategy;
+    qw_effort effort;
+    qw_corner_cones cones;
+    uint32_t plane;       /* planes of symmetry from this one on may be used */
+    uint32_t room;        /* how often more room was asked for since this plane is used */
+    uint32_t refinements; /* how many of the run's refinements apply: places around which the wanted edge length is
+                             smaller */
+} qw_plan;
+
+#endif

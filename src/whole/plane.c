@@ -1,0 +1,355 @@
+/* A plane is improved in rounds: samples of the surface are reflected, each goes with the nearest point of the surface,
+ * and of all planes that which brings the samples nearest to those points is next (the closest points of Besl and
+ * McKay 1992, for a reflection). With centred samples p and their points q the sum of squares is, but for a constant,
+ * 4 (n p)(n q): the normal is the axis of the symmetric part of the sum of p q^T with the least value.
+ */
+#include "whole/plane.h"
+
+#include "base/axes.h"
+#include "geometry/bvh.h"
+#include "geometry/polygons.h"
+
+#include <assert.h>
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum {
+    SAMPLES = 600, /* of each round; all rounds use the same ones */
+    ROUNDS = 8,
+    JUDGED = 2400, /* samples by which the resulting plane is measured */
+    GRAIN = 64,
+    BEGINNINGS = 6 /* start planes: across the coordinate axes and across the principal axes */
+};
+
+/* A plane counts as good as the best if its mean distance is at most AS_GOOD times that of the best, plus AS_GOOD_GAP
+   diagonals. */
+static const double AS_GOOD = 1.05, AS_GOOD_GAP = 2e-4;
+/* One cut counts as shorter than another below this share of the other's length. */
+static const double SHORTER = 0.95;
+/* The nearest point of the surface is looked for within so many diagonals of a reflected sample. */
+static const double REACH = 0.1;
+/* Rounds go on while each lowers the mean distance to less than this share; a start is given up if the distance is
+   above HOPELESS diagonals after two rounds. */
+static const double SHRINKS = 0.98, HOPELESS = 0.04;
+/* A surface lies in a plane if its mean distance from it is below so many diagonals. */
+static const double FLAT = 1e-6;
+/* Planes whose normals have at least this cosine are the same. */
+static const double SAME_NORMAL = 0.999;
+static const double MOSTLY = 0.95, NEARLY_ALL = 0.999;
+
+qw_mirror_plane qw_mirror_plane_of(const double normal[3], double offset)
+{
+    double largest = fmax(fabs(normal[0]), fmax(fabs(normal[1]), fabs(normal[2])));
+    assert(largest > 0 && isfinite(largest));
+    double n[3] = {normal[0] / largest, normal[1] / largest, normal[2] / largest};
+    double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    qw_mirror_plane plane = {.offset = offset / largest / length, .axis = QW_NO_AXIS};
+    for (int k = 0; k < 3; k++) plane.normal[k] = n[k] / length;
+    for (int k = 0; k < 3; k++)
+        if (fabs(plane.normal[k]) == 1) {
+            plane.axis = k;
+            plane.offset *= plane.normal[k];
+            plane.normal[k] = 1;
+        }
+    return plane;
+}
+
+double qw_plane_height(const qw_mirror_plane *plane, const double p[3])
+{
+    if (plane->axis != QW_NO_AXIS) return p[plane->axis] - plane->offset;
+    return plane->normal[0] * p[0] + plane->normal[1] * p[1] + plane->normal[2] * p[2] - plane->offset;
+}
+
+void qw_put_on_plane(const qw_mirror_plane *plane, double p[3])
+{
+    double height = qw_plane_height(plane, p);
+    if (plane->axis != QW_NO_AXIS) p[plane->axis] = plane->offset;
+    else
+        for (int k = 0; k < 3; k++) p[k] -= height * plane->normal[k];
+}
+
+void qw_reflect(const qw_mirror_plane *plane, const double p[3], double q[3])
+{
+    double height = qw_plane_height(plane, p);
+    for (int k = 0; k < 3; k++) q[k] = p[k];
+    if (plane->axis != QW_NO_AXIS) q[plane->axis] = plane->offset - height;
+    else
+        for (int k = 0; k < 3; k++) q[k] -= 2 * height * plane->normal[k];
+}
+
+/* ---- samples */
+
+typedef struct search {
+    qw_env *env;
+    const qw_trimesh *mesh;
+    const qw_bvh *bvh;
+    double centre[3]; /* of the area */
+    double diagonal;
+    double *area_end;   /* double[face_count]: area of the triangles up to here */
+    double (*point)[3]; /* double[JUDGED][3], of which every fourth is used in the rounds */
+    double (*near)[3];  /* the point of the surface nearest to each reflection */
+    uint8_t *is_near;   /* uint8_t[JUDGED]: there is one within REACH */
+    float *distance;    /* float[JUDGED], of the two; REACH where there is none */
+} search;
+
+static void place_samples(search *s)
+{
+    assert(s->mesh->face_count > 0 && s->area_end);
+    const qw_trimesh *m = s->mesh;
+    uint32_t f = 0;
+    for (uint32_t i = 0; i < JUDGED; i++) {
+        double at = s->area_end[m->face_count - 1] * (i + 0.5) / JUDGED;
+        while (f + 1 < m->face_count && s->area_end[f] < at) f++;
+        double u = 0.7548776662466927 * (i + 1), v = 0.5698402909980532 * (i + 1); /* Roberts' sequence */
+        u -= floor(u), v -= floor(v);
+        if (u + v > 1) u = 1 - u, v = 1 - v;
+        const uint32_t *c = m->corner + 3 * (size_t)f;
+        qw_vec3 a = m->position[c[0]], b = m->position[c[1]], d = m->position[c[2]];
+        s->point[i][0] = (double)a.x + u * (double)(b.x - a.x) + v * (double)(d.x - a.x);
+        s->point[i][1] = (double)a.y + u * (double)(b.y - a.y) + v * (double)(d.y - a.y);
+        s->point[i][2] = (double)a.z + u * (double)(b.z - a.z) + v * (double)(d.z - a.z);
+    }
+}
+
+static void measure_area(search *s)
+{
+    const qw_trimesh *m = s->mesh;
+    double sum = 0;
+    qw_vec3 lo = {FLT_MAX, FLT_MAX, FLT_MAX}, hi = {-FLT_MAX, -FLT_MAX, -FLT_MAX};
+    for (uint32_t f = 0; f < m->face_count; f++) {
+        double area = 0.5 * (double)qw_length(qw_face_cross(m, f));
+        s->area_end[f] = sum += area;
+        for (int i = 0; i < 3; i++) {
+            qw_vec3 p = m->position[m->corner[3 * (size_t)f + (size_t)i]];
+            s->centre[0] += area / 3 * (double)p.x, s->centre[1] += area / 3 * (double)p.y;
+            s->centre[2] += area / 3 * (double)p.z;
+            lo = qw_v3(fminf(lo.x, p.x), fminf(lo.y, p.y), fminf(lo.z, p.z));
+            hi = qw_v3(fmaxf(hi.x, p.x), fmaxf(hi.y, p.y), fmaxf(hi.z, p.z));
+        }
+    }
+    for (int k = 0; k < 3; k++) s->centre[k] /= sum;
+    s->diagonal = (double)qw_distance(lo, hi);
+}
+
+typedef struct reflect_task {
+    search *s;
+    const qw_mirror_plane *plane;
+    uint32_t step;
+} reflect_task;
+
+static void reflect_samples(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const reflect_task *t = user;
+    search *s = t->s;
+    uint32_t hint = QW_NONE;
+    float reach = (float)(REACH * s->diagonal);
+    for (uint32_t i = begin; i < end; i++) {
+        double q[3];
+        qw_reflect(t->plane, s->point[i * t->step], q);
+        qw_vec3 p = qw_v3((float)q[0], (float)q[1], (float)q[2]);
+        qw_hit hit = qw_bvh_nearest(s->bvh, p, qw_v3(0, 0, 0), -1, reach, hint);
+        hint = hit.face;
+        s->is_near[i] = hit.face != QW_NONE;
+        s->distance[i] = s->is_near[i] ? sqrtf(hit.distance2) : reach;
+        s->near[i][0] = (double)hit.point.x, s->near[i][1] = (double)hit.point.y, s->near[i][2] = (double)hit.point.z;
+    }
+}
+
+static double reflect_all(search *s, const qw_mirror_plane *plane, uint32_t count)
+{
+    reflect_task task = {s, plane, JUDGED / count};
+    double sum = 0;
+    qw_parallel(s->env, count, GRAIN, reflect_samples, &task);
+    for (uint32_t i = 0; i < count; i++) sum += (double)s->distance[i];
+    return sum / count / s->diagonal;
+}
+
+/* ---- rounds */
+
+/* The plane that suits the samples and their nearest points best, its normal free or kept. */
+static qw_mirror_plane next_plane(const search *s, const qw_mirror_plane *plane, bool is_free)
+{
+    enum { STEP = JUDGED / SAMPLES };
+    double middle[2][3] = {{0}}, m[3][3] = {{0}}, axis[3][3], normal[3], count = 0;
+    for (uint32_t i = 0; i < SAMPLES; i++) count += s->is_near[i];
+    if (count == 0) return *plane;
+    for (uint32_t i = 0; i < SAMPLES; i++)
+        for (int k = 0; k < 3 && s->is_near[i]; k++)
+            middle[0][k] += s->point[i * STEP][k] / count, middle[1][k] += s->near[i][k] / count;
+    memcpy(normal, plane->normal, sizeof normal);
+    if (is_free) {
+        for (uint32_t i = 0; i < SAMPLES; i++)
+            for (int j = 0; j < 3 && s->is_near[i]; j++)
+                for (int k = 0; k < 3; k++) {
+                    double p = s->point[i * STEP][j] - middle[0][j], q = s->near[i][k] - middle[1][k];
+                    m[j][k] += p * q / 2, m[k][j] += p * q / 2;
+                }
+        qw_principal_axes(m, axis);
+        int least = m[1][1] < m[0][0] ? 1 : 0;
+        if (m[2][2] < m[least][least]) least = 2;
+        memcpy(normal, axis[least], sizeof normal);
+    }
+    double offset = 0;
+    for (int k = 0; k < 3; k++) offset += normal[k] * (middle[0][k] + middle[1][k]) / 2;
+    return qw_mirror_plane_of(normal, offset);
+}
+
+/* Improves a plane by rounds. Returns the best plane on the way; its gap is measured on SAMPLES samples. */
+static qw_mirror_search improve(search *s, qw_mirror_plane plane, bool is_free)
+{
+    assert(s->bvh && s->distance);
+    qw_mirror_search best = {plane, DBL_MAX, DBL_MAX, DBL_MAX};
+    for (int round = 0; round < ROUNDS; round++) {
+        double gap = reflect_all(s, &plane, SAMPLES);
+        bool goes_on = gap < SHRINKS * best.gap && !(round > 0 && gap > HOPELESS);
+        if (gap < best.gap) best.gap = gap, best.plane = plane;
+        if (!goes_on) break;
+        plane = next_plane(s, &plane, is_free);
+    }
+    return best;
+}
+
+static qw_mirror_plane through_centre(const search *s, const double normal[3])
+{
+    double offset = 0;
+    for (int k = 0; k < 3; k++) offset += normal[k] * s->centre[k];
+    return qw_mirror_plane_of(normal, offset);
+}
+
+static bool is_as_good(double gap, double best) { return gap <= AS_GOOD * best + AS_GOOD_GAP; }
+
+static double cut_length(const search *s, const qw_mirror_plane *plane)
+{
+    double sum = 0;
+    for (uint32_t f = 0; f < s->mesh->face_count; f++) {
+        double height[3], at[2][3], p[3][3];
+        int found = 0;
+        for (int i = 0; i < 3; i++) {
+            qw_vec3 v = s->mesh->position[s->mesh->corner[3 * (size_t)f + (size_t)i]];
+            p[i][0] = (double)v.x, p[i][1] = (double)v.y, p[i][2] = (double)v.z;
+            height[i] = qw_plane_height(plane, p[i]);
+        }
+        for (int i = 0; i < 3; i++) {
+            int j = (i + 1) % 3;
+            if ((height[i] >= 0) == (height[j] >= 0)) continue;
+            double t = height[i] / (height[i] - height[j]);
+            for (int k = 0; k < 3; k++) at[found][k] = p[i][k] + t * (p[j][k] - p[i][k]);
+            found++;
+        }
+        if (found == 2)
+            sum += sqrt((at[0][0] - at[1][0]) * (at[0][0] - at[1][0]) + (at[0][1] - at[1][1]) * (at[0][1] - at[1][1]) +
+                        (at[0][2] - at[1][2]) * (at[0][2] - at[1][2]));
+    }
+    return sum;
+}
+
+/* Whether the surface lies in the plane. */
+static bool lies_in(const search *s, const qw_mirror_plane *plane)
+{
+    double sum = 0;
+    for (uint32_t i = 0; i < JUDGED; i++) sum += fabs(qw_plane_height(plane, s->point[i]));
+    return sum / JUDGED <= FLAT * s->diagonal;
+}
+
+/* Keeps the planes that are as good as the best, those with shorter cuts first. A plane in which the surface lies is
+   kept only if there is no other. */
+static uint32_t keep_good(const search *s, qw_mirror_search *of, uint32_t count)
+{
+    double best = DBL_MAX, length[BEGINNINGS];
+    bool is_flat[BEGINNINGS], are_flat = true;
+    uint32_t kept = 0;
+    assert(count > 0 && count <= BEGINNINGS);
+    for (uint32_t i = 0; i < count; i++) is_flat[i] = lies_in(s, &of[i].plane), are_flat &= is_flat[i];
+    for (uint32_t i = 0; i < count; i++)
+        if (!is_flat[i] || are_flat) best = fmin(best, of[i].gap);
+    for (uint32_t i = 0; i < count; i++) {
+        if ((is_flat[i] && !are_flat) || !is_as_good(of[i].gap, best)) continue;
+        qw_mirror_search one = of[i];
+        double cut = cut_length(s, &one.plane);
+        uint32_t to = kept++;
+        for (; to > 0 && cut < SHORTER * length[to - 1]; to--) of[to] = of[to - 1], length[to] = length[to - 1];
+        of[to] = one, length[to] = cut;
+    }
+    return kept;
+}
+
+static uint32_t along_axes(search *s, int axis, qw_mirror_search *found)
+{
+    uint32_t count = 0;
+    for (int k = 0; k < 3; k++) {
+        double normal[3] = {k == 0, k == 1, k == 2};
+        if (axis == QW_NO_AXIS || axis == k) found[count++] = improve(s, through_centre(s, normal), false);
+    }
+    return keep_good(s, found, count);
+}
+
+/* Finds planes of any direction whose gap is smaller than the given one. */
+static uint32_t along_any(search *s, double gap, qw_mirror_search *found)
+{
+    double m[3][3] = {{0}}, axis[3][3];
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < JUDGED; i++)
+        for (int j = 0; j < 3; j++)
+            for (int k = 0; k < 3; k++) m[j][k] += (s->point[i][j] - s->centre[j]) * (s->point[i][k] - s->centre[k]);
+    qw_principal_axes(m, axis);
+    for (int b = 0; b < BEGINNINGS; b++) {
+        double normal[3] = {b == 0, b == 1, b == 2};
+        qw_mirror_search one = improve(s, through_centre(s, b < 3 ? normal : axis[b - 3]), true);
+        bool is_new = !is_as_good(gap, one.gap);
+        for (uint32_t i = 0; i < count && is_new; i++) {
+            const double *a = found[i].plane.normal, *n = one.plane.normal;
+            is_new = fabs(a[0] * n[0] + a[1] * n[1] + a[2] * n[2]) < SAME_NORMAL;
+        }
+        if (is_new) found[count++] = one;
+    }
+    return count ? keep_good(s, found, count) : 0;
+}
+
+/* Converts the plane to the coordinates of the input, and moves it through their origin if that is as good. */
+static qw_mirror_plane in_input(search *s, const qw_frame *frame, const qw_mirror_search *found)
+{
+    double to_origin = 0, offset = found->plane.offset / frame->scale;
+    for (int k = 0; k < 3; k++) to_origin -= found->plane.normal[k] * frame->center[k];
+    qw_mirror_plane centred = found->plane;
+    centred.offset = to_origin * frame->scale;
+    bool is_centred = is_as_good(reflect_all(s, &centred, SAMPLES), found->gap);
+    return qw_mirror_plane_of(found->plane.normal, is_centred ? 0 : offset - to_origin);
+}
+
+/* Measures the plane, in the precision in which it will be used, on all JUDGED samples. */
+static qw_mirror_search judge(search *s, const qw_frame *frame, const qw_mirror_search *found)
+{
+    qw_mirror_search result = {.plane = in_input(s, frame, found)};
+    qw_mirror_plane judged = result.plane;
+    for (int k = 0; k < 3; k++) judged.offset -= judged.normal[k] * frame->center[k];
+    judged.offset *= frame->scale;
+    result.gap = reflect_all(s, &judged, JUDGED);
+    result.most = qw_percentile(s->distance, JUDGED, MOSTLY) / s->diagonal;
+    result.far = qw_percentile(s->distance, JUDGED, NEARLY_ALL) / s->diagonal;
+    return result;
+}
+
+uint32_t qw_find_mirror_planes(qw_env *env, const qw_trimesh *mesh, const qw_frame *frame, int axis,
+                               qw_mirror_search found[QW_MOST_PLANES])
+{
+    assert(mesh->face_count > 0 && axis >= 0 && axis <= QW_NO_AXIS);
+    qw_mirror_search good[BEGINNINGS], other[BEGINNINGS];
+    qw_scope_begin(env);
+    search s = {.env = env, .mesh = mesh, .bvh = qw_bvh_build(env, mesh)};
+    s.area_end = QW_NEW(env, double, mesh->face_count);
+    s.point = qw_alloc(env, JUDGED, sizeof *s.point), s.near = qw_alloc(env, JUDGED, sizeof *s.near);
+    s.is_near = QW_NEW(env, uint8_t, JUDGED), s.distance = QW_NEW(env, float, JUDGED);
+    measure_area(&s);
+    place_samples(&s);
+    uint32_t count = along_axes(&s, axis, good);
+    if (axis == QW_NO_AXIS && good[0].gap > AS_GOOD_GAP) {
+        uint32_t better = along_any(&s, good[0].gap, other);
+        for (uint32_t i = 0; i < better; i++) good[i] = other[i], count = better;
+    }
+    if (count > QW_MOST_PLANES) count = QW_MOST_PLANES;
+    for (uint32_t i = 0; i < count; i++) found[i] = judge(&s, frame, &good[i]);
+    qw_scope_end(env);
+    return count;
+}

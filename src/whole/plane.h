@@ -1,0 +1,45 @@
+/* The plane about which a surface is, or is to be made, symmetric. */
+#ifndef QW_WHOLE_PLANE_H
+#define QW_WHOLE_PLANE_H
+
+#include "geometry/trimesh.h"
+
+/* Points p with dot(normal, p) = offset, in the coordinates of the input. */
+typedef struct qw_mirror_plane {
+    double normal[3]; /* of unit length */
+    double offset;
+    int axis; /* the axis that the normal is, 0 to 2; 3: none */
+} qw_mirror_plane;
+
+enum { QW_NO_AXIS = 3 };
+
+/* The choices of the option `symmetry`, in its order. */
+enum { QW_SYMMETRY_NONE, QW_SYMMETRY_AUTO, QW_SYMMETRY_X, QW_SYMMETRY_Y, QW_SYMMETRY_Z, QW_SYMMETRY_PLANE };
+
+/* Of any length but 0 and finite. A normal along an axis gives a plane of that axis, whatever its sign. */
+qw_mirror_plane qw_mirror_plane_of(const double normal[3], double offset);
+
+double qw_plane_height(const qw_mirror_plane *plane, const double p[3]);
+/* The point of the plane beneath p: exactly on it where the plane has an axis. */
+void qw_put_on_plane(const qw_mirror_plane *plane, double p[3]);
+/* The reflection of p. About a plane with an axis its other coordinates are those of p. */
+void qw_reflect(const qw_mirror_plane *plane, const double p[3], double q[3]);
+
+/* A plane, and how nearly the surface is symmetric about it. */
+typedef struct qw_mirror_search {
+    qw_mirror_plane plane;
+    double gap;  /* mean distance of the reflected surface from the surface, over the diagonal of its box */
+    double most; /* that which 95 % of it stay below */
+    double far;  /* and 99.9 % of it */
+} qw_mirror_search;
+
+enum { QW_MOST_PLANES = 3 };
+
+/* Sets found[0] to the plane about which the surface is most nearly symmetric: one along the given axis, or any
+   (QW_NO_AXIS). Of several that are as good, those along an axis come first, then those that cut the surface along
+   the shorter curves; the next best follow. A plane goes through the origin where that is as good. mesh: in the frame.
+   Returns how many there are, at least 1. Distances are cut off at a tenth of the diagonal. */
+uint32_t qw_find_mirror_planes(qw_env *env, const qw_trimesh *mesh, const qw_frame *frame, int axis,
+                               qw_mirror_search found[QW_MOST_PLANES]);
+
+#endif

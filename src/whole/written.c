@@ -1,0 +1,255 @@
+#include "base/elementary.h"
+#include "whole/written.h"
+
+#include <assert.h>
+#include <float.h>
+#include <string.h>
+
+/* A vertex is not rounded if an edge at it is shorter than so many units of rounding: that would change the shape. */
+static const double ROOM = 256;
+/* A coordinate of more units than this has no binary digits below the unit: there is nothing to round off. */
+static const double MOST_WHOLE = 1e15;
+/* A vertex is drawn by this share of the way to the mean of its neighbours at first, and by twice as much after every
+   ROUNDS_A_STEP rounds. */
+static const double FIRST_STEP = 1.0 / 1024;
+enum { ROUNDS = 40, ROUNDS_A_STEP = 5, GRAIN = 8192 };
+/* A vertex is pushed by these shares of the longest side of a quad around it: the first, the last, and the factor
+   between two. */
+static const double FIRST_PUSH = 1.0 / (1ll << 40), LAST_PUSH = 1.0 / (1 << 10), PUSH_GROWTH = 8;
+/* Bound of the rounding error of a cross product of two differences of positions, as a share of the squared longest
+   side. */
+static const double CERTAIN = 16 * DBL_EPSILON;
+
+static double rounded(double x, double unit)
+{
+    return fabs(x) * unit < MOST_WHOLE ? qw_round_even(x * unit) / unit : x;
+}
+
+static double distance2(const double *a, const double *b)
+{
+    double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
+    return x * x + y * y + z * z;
+}
+
+static double cross2(const double *a, const double *b, const double *c)
+{
+    double sum = 0;
+    for (int k = 0; k < 3; k++) {
+        int i = (k + 1) % 3, j = (k + 2) % 3;
+        double n = (b[i] - a[i]) * (c[j] - a[j]) - (b[j] - a[j]) * (c[i] - a[i]);
+        sum += n * n;
+    }
+    return sum;
+}
+
+/* The power of two that brings coordinates to about 1, so that their products neither overflow nor vanish. */
+static double safe_scale(const uint32_t *corner, const double *position)
+{
+    double most = 0;
+    for (int i = 0; i < 12; i++) most = fmax(most, fabs(position[3 * (size_t)corner[i / 3] + (size_t)(i % 3)]));
+    return most > 0 ? ldexp(1, -(int)fmax(ilogb(most), 2 - DBL_MAX_EXP)) : 1;
+}
+
+/* Flaws of a quad: pairs of corners at one position or, if there are none, 1 where all four lie on one line; else 0. */
+static uint32_t flaws_of(const uint32_t *corner, const double *position)
+{
+    assert(corner && position);
+    double p[4][3], longest2 = 0, most2 = 0, scale = safe_scale(corner, position);
+    uint32_t pairs = 0;
+    for (int i = 0; i < 4; i++)
+        for (size_t k = 0; k < 3; k++) p[i][k] = scale * position[3 * (size_t)corner[i] + k];
+    for (int i = 0; i < 4; i++)
+        for (int j = 0; j < i; j++) {
+            pairs += p[i][0] == p[j][0] && p[i][1] == p[j][1] && p[i][2] == p[j][2];
+            longest2 = fmax(longest2, distance2(p[i], p[j]));
+        }
+    if (pairs > 0) return pairs;
+    for (int i = 0; i < 4; i++) most2 = fmax(most2, cross2(p[i], p[(i + 1) % 4], p[(i + 2) % 4]));
+    return !(most2 > CERTAIN * CERTAIN * longest2 * longest2);
+}
+
+bool qw_is_degenerate(const uint32_t *corner, const double *position) { return flaws_of(corner, position) > 0; }
+
+typedef struct settling {
+    const qw_quadmesh *quads;
+    double unit, *position;
+    uint8_t *flag; /* uint8_t[face_count] */
+} settling;
+
+static void flag_short(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const settling *s = user;
+    double least2 = ROOM / s->unit * (ROOM / s->unit);
+    for (uint32_t f = begin; f < end; f++)
+        for (uint32_t h = 4 * f; h < 4 * f + 4; h++)
+            s->flag[f] |= distance2(s->position + 3 * (size_t)s->quads->corner[h],
+                                    s->position + 3 * (size_t)s->quads->corner[qw_quad_next(h)]) < least2;
+}
+
+static void flag_degenerate(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const settling *s = user;
+    for (uint32_t f = begin; f < end; f++) s->flag[f] = qw_is_degenerate(s->quads->corner + 4 * (size_t)f, s->position);
+}
+
+/* Vertices of flagged faces: uint8_t[vertex_count]. */
+static void mark_corners(const settling *s, uint8_t *marked)
+{
+    for (uint32_t h = 0; h < 4 * s->quads->face_count; h++)
+        if (s->flag[h / 4]) marked[s->quads->corner[h]] = 1;
+}
+
+static void round_positions(const settling *s, const uint8_t *kept)
+{
+    for (uint32_t v = 0; v < s->quads->vertex_count; v++)
+        for (size_t k = 0; !kept[v] && k < 3; k++)
+            s->position[3 * (size_t)v + k] = rounded(s->position[3 * (size_t)v + k], s->unit);
+}
+
+static void add_to_mean(double *mean, int *count, const double *p)
+{
+    double share = 1.0 / ++*count; /* the mean is updated, as a sum could overflow */
+    for (int k = 0; k < 3; k++) mean[k] = (1 - share) * mean[k] + share * p[k];
+}
+
+/* The mean of the neighbours of v, or of its neighbours along the boundary if it lies there. */
+static void mean_around(const qw_quadmesh *m, const double *position, uint32_t first, double *mean)
+{
+    assert(first < 4 * m->face_count);
+    bool open = m->twin[first] == QW_NONE;
+    int count = 0;
+    memset(mean, 0, 3 * sizeof *mean);
+    for (uint32_t h = first;;) {
+        uint32_t back = qw_quad_prev(h);
+        if (!open || h == first) add_to_mean(mean, &count, position + 3 * (size_t)m->corner[qw_quad_next(h)]);
+        if (m->twin[back] == QW_NONE) add_to_mean(mean, &count, position + 3 * (size_t)m->corner[back]);
+        h = m->twin[back];
+        if (h == QW_NONE || h == first) return;
+    }
+}
+
+/* Draws all listed vertices towards the means of their neighbours. All means are of the positions before, so that
+   vertices at one position part. */
+static void draw_apart(qw_env *env, const settling *s, const uint32_t *out, const uint32_t *list, uint32_t count,
+                       double step)
+{
+    double *to = QW_NEW(env, double, 3 * (size_t)count);
+    for (uint32_t i = 0; i < count; i++) mean_around(s->quads, s->position, out[list[i]], to + 3 * (size_t)i);
+    for (uint32_t i = 0; i < count; i++)
+        for (size_t k = 0; k < 3; k++) {
+            double *p = &s->position[3 * (size_t)list[i] + k];
+            *p += step * (to[3 * (size_t)i + k] - *p);
+        }
+    qw_free(env, to);
+}
+
+static uint32_t first_flagged(const settling *s)
+{
+    const uint8_t *at = memchr(s->flag, 1, s->quads->face_count);
+    return at ? (uint32_t)(at - s->flag) : QW_NONE;
+}
+
+/* The flaws of the quads around v, out[v] first; *longest: the longest side of any of them. */
+static uint32_t count_flaws(const settling *s, uint32_t first, double *longest)
+{
+    const qw_quadmesh *m = s->quads;
+    uint32_t count = 0;
+    double longest2 = 0;
+    for (uint32_t h = first; h != QW_NONE;) {
+        const uint32_t *c = m->corner + 4 * (size_t)(h / 4);
+        count += flaws_of(c, s->position);
+        for (int i = 0; i < 4; i++)
+            longest2 = fmax(longest2,
+                            distance2(s->position + 3 * (size_t)c[i], s->position + 3 * (size_t)c[(i + 1) % 4]));
+        h = m->twin[qw_quad_prev(h)];
+        if (h == first) break;
+    }
+    *longest = sqrt(longest2);
+    return count;
+}
+
+/* Moves v along the axis that leaves fewest flaws around it, by that share of the longest side or, where all is at one
+   point, of its distance from the origin. Flaws, not quads, are counted: a quad of which two pairs of corners have
+   fallen together, as on a tube that has become a line, is repaired one corner after another. */
+static void push_vertex(settling *s, uint32_t v, uint32_t first, double share)
+{
+    double longest, *p = s->position + 3 * (size_t)v, unused, distance = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
+    uint32_t least = count_flaws(s, first, &longest);
+    double best[3] = {p[0], p[1], p[2]}, step = share * (longest > 0 ? longest : distance);
+    for (int side = 0; side < 6 && least > 0; side++) {
+        double old = p[side / 2];
+        p[side / 2] += side % 2 ? -step : step;
+        uint32_t count = count_flaws(s, first, &unused);
+        if (count < least) least = count, memcpy(best, p, sizeof best);
+        p[side / 2] = old;
+    }
+    memcpy(p, best, sizeof best);
+}
+
+/* For what drawing does not part: vertices at one position whose neighbours are at one position, and quads between
+   vertices on one line. Pushes one vertex after another, by steps too small to be seen. */
+static void push_apart(settling *s, const uint32_t *out)
+{
+    const qw_quadmesh *m = s->quads;
+    for (double share = FIRST_PUSH; share <= LAST_PUSH && first_flagged(s) != QW_NONE; share *= PUSH_GROWTH)
+        for (uint32_t f = 0; f < m->face_count; f++) {
+            const uint32_t *c = m->corner + 4 * (size_t)f;
+            if (!s->flag[f]) continue;
+            for (int i = 0; i < 4 && qw_is_degenerate(c, s->position); i++)
+                if (out[c[i]] != QW_NONE) push_vertex(s, c[i], out[c[i]], share);
+            s->flag[f] = qw_is_degenerate(c, s->position);
+        }
+}
+
+/* Rounds over the corners of degenerate quads until there are none. */
+static uint32_t separate(qw_env *env, settling *s, uint32_t *moved)
+{
+    const qw_quadmesh *m = s->quads;
+    uint32_t *out = qw_quadmesh_outgoing(env, m), *list = QW_NEW(env, uint32_t, m->vertex_count), count = 0;
+    uint8_t *marked = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
+    double step = FIRST_STEP;
+    for (int round = 0; round < ROUNDS && first_flagged(s) != QW_NONE; round++) {
+        mark_corners(s, marked);
+        count = 0;
+        for (uint32_t v = 0; v < m->vertex_count; v++)
+            if (marked[v] && out[v] != QW_NONE) list[count++] = v;
+        if (round > 0 && round % ROUNDS_A_STEP == 0) step *= 2;
+        draw_apart(env, s, out, list, count, step);
+        qw_parallel(env, m->face_count, GRAIN, flag_degenerate, s);
+    }
+    *moved = count;
+    if (first_flagged(s) != QW_NONE) push_apart(s, out);
+    return first_flagged(s);
+}
+
+/* Rounds all positions but for those where that would make a quad degenerate. */
+static void round_all(qw_env *env, settling *s)
+{
+    uint32_t n = s->quads->vertex_count;
+    uint8_t *kept = QW_NEW_ZERO(env, uint8_t, n);
+    double *exact = QW_NEW(env, double, 3 * (size_t)n);
+    memcpy(exact, s->position, 3 * (size_t)n * sizeof *exact);
+    qw_parallel(env, s->quads->face_count, GRAIN, flag_short, s);
+    mark_corners(s, kept);
+    round_positions(s, kept);
+    qw_parallel(env, s->quads->face_count, GRAIN, flag_degenerate, s);
+    if (first_flagged(s) == QW_NONE) return;
+    mark_corners(s, kept);
+    for (uint32_t v = 0; v < n; v++)
+        if (kept[v]) memcpy(s->position + 3 * (size_t)v, exact + 3 * (size_t)v, 3 * sizeof *exact);
+}
+
+uint32_t qw_settle_written(qw_env *env, const qw_quadmesh *quads, double unit, double *position, uint32_t *moved)
+{
+    assert(quads->twin && unit >= 0);
+    qw_scope_begin(env);
+    settling s = {quads, unit, position, QW_NEW_ZERO(env, uint8_t, quads->face_count)};
+    *moved = 0;
+    if (unit > 0) round_all(env, &s);
+    qw_parallel(env, quads->face_count, GRAIN, flag_degenerate, &s);
+    uint32_t left = first_flagged(&s) == QW_NONE ? QW_NONE : separate(env, &s, moved);
+    qw_scope_end(env);
+    return left;
+}
