@@ -404,7 +404,10 @@ static void measure_loops(qw_env *env, const qw_mesh_view *mesh, const qw_polygo
     quality->patch_share = (double)b.patches / b.quads;
     quality->chords = b.chord_count;
     quality->crossing = b.crossing;
-    quality->chord_max = b.length[0] / sqrt((double)b.quads);
+    uint32_t longest = b.length[0];
+    if (b.crossing < b.chord_count && b.length[b.crossing] > longest) longest = b.length[b.crossing];
+    quality->chord_max = longest / sqrt((double)b.quads);
+    quality->simple = qw_simple_share(&b, mesh);
     qw_scope_end(env);
 }
 
@@ -436,6 +439,7 @@ static const qw_quality nothing_measured = {
     .chords = -1,
     .crossing = -1,
     .patch_share = -1,
+    .simple = -1,
     .chord_max = -1,
     .mirror = -1,
 };
