@@ -5,7 +5,7 @@
 #include "run/stages/stages.h"
 #include "whole/kept_rims.h"
 #include "whole/wrapped.h"
-#include "whole/fast.h"
+#include "remesh/sizes/fast.h"
 
 #include "base/constants.h"
 #include "run/judge.h"
