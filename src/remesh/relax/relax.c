@@ -13,6 +13,7 @@
 #include "base/constants.h"
 #include "geometry/bvh.h"
 #include "geometry/slide.h"
+#include "geometry/step_search.h"
 #include "remesh/relax/flip_repair.h"
 #include "remesh/relax/diagonals.h"
 #include "remesh/relax/relax_align.h"
@@ -561,16 +562,6 @@ static void descend(qw_env *env, relaxation *r)
 
 /* ---- what is given */
 
-static void collect_corners(qw_env *env, relaxation *r)
-{
-    uint32_t n = r->quads->vertex_count, sides = 4 * r->quads->face_count;
-    r->begin = QW_NEW_ZERO(env, uint32_t, (size_t)n + 2);
-    r->around = QW_NEW(env, uint32_t, sides);
-    for (uint32_t h = 0; h < sides; h++) r->begin[r->quads->corner[h] + 2]++;
-    for (uint32_t v = 0; v < n; v++) r->begin[v + 2] += r->begin[v + 1];
-    for (uint32_t h = 0; h < sides; h++) r->around[r->begin[r->quads->corner[h] + 1]++] = h;
-}
-
 static float area_of(const relaxation *r, uint32_t f) { return 0.5f * qw_length(twice_area(r, f, r->position)); }
 
 /* Where there are many times more or fewer quads than wanted, as in parts that had to be made finer than was asked for,
@@ -753,7 +744,7 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     r.next_energy = QW_NEW(env, float, faces);
     r.sum = QW_NEW_ZERO(env, double, (size_t)qw_block_count(faces, GRAIN) + 1);
     memcpy(r.position, quads->position, n * sizeof *r.position);
-    collect_corners(env, &r);
+    qw_corners_at_vertices(env, r.quads, &r.begin, &r.around);
     bool has_lines = target->direction && target->follow > 0;
     const qw_bvh *near = target->near;
     if (has_lines && !near) near = qw_bvh_build(env, target->mesh);
