@@ -13,6 +13,7 @@
  * and by whether the surface is bent anywhere else at this scale: a part that was sampled is not. */
 #include "remesh/features/sharpen.h"
 
+#include "base/mechanisms.h"
 #include "base/constants.h"
 #include "base/elementary.h"
 #include "geometry/corners.h"
@@ -558,12 +559,14 @@ static outcome look(sharpener *s, double speck)
 {
     s->most_uneven = UNEVEN;
     if (!qw_find_sides(s->env, s->mesh, 1, &s->sides)) return NO_CREASES;
-    bool can_widen = WIDER * mean_edge(s) <= speck;
+    bool can_widen = qw_uses(s->env, QW_MECH_WIDER_BANDS) && WIDER * mean_edge(s) <= speck;
     if (can_widen) s->most_uneven = UNEVEN_NARROW;
     outcome found = find_cuts(s, speck);
     if (found != WIDER_BANDS || !can_widen) return found;
     s->most_uneven = UNEVEN;
-    return qw_find_sides(s->env, s->mesh, (float)WIDER, &s->sides) ? find_cuts(s, speck) : NO_CREASES;
+    found = qw_find_sides(s->env, s->mesh, (float)WIDER, &s->sides) ? find_cuts(s, speck) : NO_CREASES;
+    qw_acted(s->env, QW_MECH_WIDER_BANDS, 1), qw_kept(s->env, QW_MECH_WIDER_BANDS, found == CREASES);
+    return found;
 }
 
 bool qw_sharpen(qw_env *env, qw_trimesh *surface, const qw_census *census, float speck)

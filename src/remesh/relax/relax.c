@@ -10,6 +10,7 @@
  */
 #include "remesh/relax/relax.h"
 
+#include "base/mechanisms.h"
 #include "base/constants.h"
 #include "geometry/bvh.h"
 #include "geometry/slide.h"
@@ -608,6 +609,7 @@ static void hold_back(qw_env *env, relaxation *r)
     for (uint32_t f = 0; f < q->face_count; f++) {
         qw_vec3 before = twice_area(r, f, r->position), after = twice_area(r, f, r->next);
         if (!is_sound(r, f, before) || qw_dot(before, after) > 0) continue;
+        qw_did(env, QW_MECH_HOLD_BACK, 1);
         for (uint32_t i = 0; i < 4; i++) r->share[q->corner[4 * f + i]] = 0;
     }
     for (uint32_t v = 0; v < q->vertex_count; v++)
@@ -617,7 +619,7 @@ static void hold_back(qw_env *env, relaxation *r)
 
 /* Curves closer than their quads are wide may draw vertices past one another. Those of quads that were flipped go
    back to where they were and are bound to nothing. */
-static void unbind_inverted(relaxation *r)
+static void unbind_inverted(qw_env *env, relaxation *r)
 {
     const qw_quadmesh *q = r->quads;
     for (bool changed = true; changed;) { /* a vertex goes back once at most */
@@ -632,6 +634,7 @@ static void unbind_inverted(relaxation *r)
                 if (r->curves.edge[v] == QW_NONE && qw_distance(r->position[v], q->position[v]) == 0) continue;
                 r->position[v] = q->position[v], r->curves.edge[v] = QW_NONE;
                 changed = true;
+                qw_did(env, QW_MECH_UNBIND, 1);
             }
         }
     }
@@ -647,7 +650,7 @@ static void settle(qw_env *env, relaxation *r)
     memcpy(r->normal, normal, n * sizeof *normal);
     qw_free(env, normal);
     r->curves = qw_bind_curves(env, r->quads, r->surface, r->size, r->position);
-    unbind_inverted(r);
+    if (qw_uses(env, QW_MECH_UNBIND)) unbind_inverted(env, r);
     memset(r->face, 0xff, n * sizeof *r->face);
     memset(r->axis, 0, n * sizeof *r->axis);
     memset(r->step, 0, n * sizeof *r->step);
@@ -655,7 +658,7 @@ static void settle(qw_env *env, relaxation *r)
     for (uint32_t v = 0; v < n; v++) r->share[v] = 1;
     memset(r->halve, 1, n);
     qw_parallel(env, n, GRAIN, move_block, r);
-    hold_back(env, r);
+    if (qw_uses(env, QW_MECH_HOLD_BACK)) hold_back(env, r);
     take_step(r);
 }
 
@@ -698,6 +701,7 @@ static void choose_diagonals(qw_env *env, const relaxation *r, uint8_t *turn)
     uint32_t *place = QW_NEW(env, uint32_t, now.vertex_count);
     for (uint32_t v = 0; v < now.vertex_count; v++) place[v] = place_of(r, v);
     qw_choose_diagonals(env, &now, r->surface, r->outgoing, r->tree, place, turn);
+    for (uint32_t f = 0; f < now.face_count; f++) qw_did(env, QW_MECH_DIAGONALS, turn[f] != 0);
     qw_free(env, place);
 }
 
@@ -769,13 +773,13 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
                                        shares_of(env, &r, asked));
     r.lines.near = found;
     descend(env, &r);
-    if (land(&r)) descend(env, &r);
+    if (qw_uses(env, QW_MECH_LAND) && land(&r)) descend(env, &r), qw_did(env, QW_MECH_LAND, 1);
     qw_quadmesh now = *quads;
     now.position = r.position, now.kind = kinds_with_held(env, &r);
     qw_flip_repair repair = {.surface = surface, .tree = r.tree, .curves = &r.curves, .ground = r.ground};
     if (!target->leaves_flips)
         qw_repair_flips(env, &now, &repair, target->flipped ? target->flipped : QW_NEW(env, uint8_t, faces));
-    if (target->turn) choose_diagonals(env, &r, target->turn);
+    if (target->turn && qw_uses(env, QW_MECH_DIAGONALS)) choose_diagonals(env, &r, target->turn);
     qw_keep(env, r.position);
     qw_scope_end(env);
     return r.position;
