@@ -1,4 +1,5 @@
 #include "base/elementary.h"
+#include "base/mechanisms.h"
 #include "whole/written.h"
 
 #include <assert.h>
@@ -220,7 +221,8 @@ static uint32_t separate(qw_env *env, settling *s, uint32_t *moved)
         qw_parallel(env, m->face_count, GRAIN, flag_degenerate, s);
     }
     *moved = count;
-    if (first_flagged(s) != QW_NONE) push_apart(s, out);
+    if (first_flagged(s) != QW_NONE && qw_uses(env, QW_MECH_PUSHED_APART))
+        push_apart(s, out), qw_acted(env, QW_MECH_PUSHED_APART, 1);
     return first_flagged(s);
 }
 
@@ -249,7 +251,10 @@ uint32_t qw_settle_written(qw_env *env, const qw_quadmesh *quads, double unit, d
     *moved = 0;
     if (unit > 0) round_all(env, &s);
     qw_parallel(env, quads->face_count, GRAIN, flag_degenerate, &s);
-    uint32_t left = first_flagged(&s) == QW_NONE ? QW_NONE : separate(env, &s, moved);
+    uint32_t left = first_flagged(&s);
+    if (left != QW_NONE && qw_uses(env, QW_MECH_DRAWN_APART))
+        left = separate(env, &s, moved), qw_acted(env, QW_MECH_DRAWN_APART, 1),
+        qw_kept(env, QW_MECH_DRAWN_APART, left == QW_NONE);
     qw_scope_end(env);
     return left;
 }

@@ -1,5 +1,6 @@
 #include "products/exact/exact.h"
 
+#include "base/mechanisms.h"
 #include "base/constants.h"
 #include "products/exact/rows.h"
 #include "products/limit/fit_shape.h"
@@ -488,7 +489,8 @@ uint32_t qw_put_on_primitives(qw_env *env, qw_quadmesh *quads, double *place, co
     project_all(&w);
     double *put = QW_NEW(env, double, 3 * (size_t)n);
     memcpy(put, place, 3 * (size_t)n * sizeof *put);
-    if (exact->evens && has_rounds(exact->found)) {
+    if (exact->evens && has_rounds(exact->found) && qw_uses(env, QW_MECH_EVEN_ROWS)) {
+        qw_did(env, QW_MECH_EVEN_ROWS, 1);
         w.most = 1; /* what goes along with circles is off as far as these turn */
         qw_even_rows(env, quads,
                      &(qw_held){w.item, w.item_count, w.of, w.edge, w.place, project_all, put_one, find_tangent_rows,

@@ -1,6 +1,7 @@
 #include "products/exact/rows.h"
 
 #include "geometry/go_back.h"
+#include "base/mechanisms.h"
 #include "products/exact/ease.h"
 #include "base/elementary.h"
 
@@ -482,6 +483,8 @@ void qw_undo_bad(qw_env *env, const qw_quadmesh *q, double *place, const double 
 static void ease(const evening *e)
 {
     uint32_t n = e->quads->vertex_count;
+    if (!qw_uses(e->env, QW_MECH_EASED)) return;
+    qw_did(e->env, QW_MECH_EASED, 1);
     uint8_t *stays = QW_NEW(e->env, uint8_t, n);
     for (uint32_t v = 0; v < n; v++)
         stays[v] = e->circle[v] != QW_NONE || (e->fixed[v] && e->curves[v] == 0) || e->held->on_tangent[v];

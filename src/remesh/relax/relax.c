@@ -10,6 +10,7 @@
  */
 #include "remesh/relax/relax.h"
 
+#include "base/mechanisms.h"
 #include "base/constants.h"
 #include "geometry/bvh.h"
 #include "geometry/go_back.h"
@@ -631,7 +632,7 @@ static void settle(qw_env *env, relaxation *r)
     qw_free(env, normal);
     r->curves = qw_bind_curves(env, r->quads, r->surface, r->size, r->position);
     /* curves closer than their quads are wide may draw vertices past one another */
-    qw_go_back(env, &(qw_going_back){r->quads, true, r, find_flipped, unbind}, NULL);
+    if (qw_uses(env, QW_MECH_UNBIND)) qw_go_back(env, &(qw_going_back){r->quads, true, r, find_flipped, unbind}, NULL);
     memset(r->face, 0xff, n * sizeof *r->face);
     memset(r->axis, 0, n * sizeof *r->axis);
     memset(r->step, 0, n * sizeof *r->step);
@@ -640,7 +641,8 @@ static void settle(qw_env *env, relaxation *r)
     memset(r->moves, 1, n);
     qw_parallel(env, n, GRAIN, move_block, r);
     /* vertices that would turn a whole quad round on their way to the surface stay: the normal was no guide there */
-    qw_go_back(env, &(qw_going_back){r->quads, true, r, find_turned_round, stay}, NULL);
+    if (qw_uses(env, QW_MECH_HOLD_BACK))
+        qw_go_back(env, &(qw_going_back){r->quads, true, r, find_turned_round, stay}, NULL);
     take_step(r);
 }
 
@@ -683,6 +685,7 @@ static void choose_diagonals(qw_env *env, const relaxation *r, uint8_t *turn)
     uint32_t *place = QW_NEW(env, uint32_t, now.vertex_count);
     for (uint32_t v = 0; v < now.vertex_count; v++) place[v] = place_of(r, v);
     qw_choose_diagonals(env, &now, r->surface, r->outgoing, r->tree, place, turn);
+    for (uint32_t f = 0; f < now.face_count; f++) qw_did(env, QW_MECH_DIAGONALS, turn[f] != 0);
     qw_free(env, place);
 }
 
@@ -754,13 +757,13 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
                                        shares_of(env, &r, asked));
     r.lines.near = found;
     descend(env, &r);
-    if (land(&r)) descend(env, &r);
+    if (qw_uses(env, QW_MECH_LAND) && land(&r)) descend(env, &r), qw_did(env, QW_MECH_LAND, 1);
     qw_quadmesh now = *quads;
     now.position = r.position, now.kind = kinds_with_held(env, &r);
     qw_flip_repair repair = {.surface = surface, .tree = r.tree, .curves = &r.curves, .ground = r.ground};
     if (!target->leaves_flips)
         qw_repair_flips(env, &now, &repair, target->flipped ? target->flipped : QW_NEW(env, uint8_t, faces));
-    if (target->turn) choose_diagonals(env, &r, target->turn);
+    if (target->turn && qw_uses(env, QW_MECH_DIAGONALS)) choose_diagonals(env, &r, target->turn);
     qw_keep(env, r.position);
     qw_scope_end(env);
     return r.position;

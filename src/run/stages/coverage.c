@@ -1,5 +1,6 @@
 #include "run/stages/coverage.h"
 
+#include "base/mechanisms.h"
 #include "whole/mirror.h"
 #include "base/promise.h"
 #include "base/elementary.h"
@@ -147,8 +148,10 @@ static qw_quadmesh fewer_quads(const qw_run_state *run, const qw_quadmesh *quads
                                int64_t least, int64_t most, int64_t *chords)
 {
     qw_simplify_counts moves = {0};
-    qw_quadmesh fewer = qw_remove_chords(run->env, quads, wanted, least, most);
+    qw_quadmesh fewer = *quads;
+    if (qw_uses(run->env, QW_MECH_CHORDS_REMOVED)) fewer = qw_remove_chords(run->env, quads, wanted, least, most);
     *chords = (int64_t)quads->face_count - fewer.face_count;
+    qw_did(run->env, QW_MECH_CHORDS_REMOVED, *chords);
     return qw_simplify_quads(run->env, &fewer, wanted, least, most, run->faces_wanted < run->core.needed, &moves);
 }
 
@@ -300,7 +303,10 @@ static uint32_t grow(const qw_run_state *run, const qw_quadmesh *quads, const qw
     qw_quadmesh from = *quads, grown = from;
     uint32_t count = extrude(run, marked, tips, lost, most, &grown);
     *lacking = grown.face_count > most ? grown.face_count - from.face_count : 0;
-    for (int i = 0; i < ROOM_ROUNDS && count > 0 && !is_count_met(run, grown.face_count); i++) {
+    for (int i = 0;
+         i < ROOM_ROUNDS && count > 0 && !is_count_met(run, grown.face_count) && qw_uses(run->env, QW_MECH_GROWN_ROOM);
+         i++) {
+        qw_did(run->env, QW_MECH_GROWN_ROOM, 1);
         int64_t added = grown.face_count - from.face_count;
         from = make_room(run, quads, wanted, added);
         from = qw_relax(run, &from, NULL, NULL); /* what grows is relaxed with it once more */
@@ -325,6 +331,7 @@ uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **fl
     if (before.uncovered + before.lost == 0) return 0;
     qw_wanted wanted = wanted_of(run);
     uint32_t all = 0;
+    bool halved = false;
     for (uint32_t i = 0, tips = before.lost; i < GROWTHS && before.uncovered + before.lost > 0; i++) {
         qw_quadmesh grown;
         uint8_t *grown_flipped;
@@ -336,9 +343,11 @@ uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **fl
             qw_log(run->env, QW_LOG_DEBUG, "%u protrusions grew, %u quads now; faults: %.2f, were %.2f", count,
                    grown.face_count, after.all, before.all);
             *quads = grown, *flipped = grown_flipped;
+            qw_kept(run->env, QW_MECH_GROWN_HALVES, halved);
             all += count, before = after, tips = after.lost;
             if (!marked) run->relaxed_covers = before.uncovered + before.lost == 0;
-        } else if ((tips /= 2) == 0 || run->is_crowded) break;
+        } else if ((tips /= 2) == 0 || run->is_crowded || !qw_uses(run->env, QW_MECH_GROWN_HALVES)) break;
+        else halved = true, qw_acted(run->env, QW_MECH_GROWN_HALVES, 1);
     }
     return all;
 }
