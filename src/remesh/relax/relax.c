@@ -600,23 +600,6 @@ static void limit_wanted(qw_env *env, relaxation *r)
     qw_free(env, at_face), qw_free(env, at_vertex);
 }
 
-/* Vertices that would turn a whole quad round on their way to the surface stay for now: the normal was no guide there.
- */
-static void hold_back(qw_env *env, relaxation *r)
-{
-    assert(r->share && r->position && r->next);
-    const qw_quadmesh *q = r->quads;
-    for (uint32_t f = 0; f < q->face_count; f++) {
-        qw_vec3 before = twice_area(r, f, r->position), after = twice_area(r, f, r->next);
-        if (!is_sound(r, f, before) || qw_dot(before, after) > 0) continue;
-        qw_did(env, QW_MECH_HOLD_BACK, 1);
-        for (uint32_t i = 0; i < 4; i++) r->share[q->corner[4 * f + i]] = 0;
-    }
-    for (uint32_t v = 0; v < q->vertex_count; v++)
-        r->halve[v] = r->share[v] <= 0; /* the others are where they were going */
-    qw_parallel(env, q->vertex_count, GRAIN, move_block, r);
-}
-
 /* Curves closer than their quads are wide may draw vertices past one another. Those of quads that were flipped go
    back to where they were and are bound to nothing. */
 static void unbind_inverted(qw_env *env, relaxation *r)
@@ -658,7 +641,6 @@ static void settle(qw_env *env, relaxation *r)
     for (uint32_t v = 0; v < n; v++) r->share[v] = 1;
     memset(r->halve, 1, n);
     qw_parallel(env, n, GRAIN, move_block, r);
-    if (qw_uses(env, QW_MECH_HOLD_BACK)) hold_back(env, r);
     take_step(r);
 }
 
