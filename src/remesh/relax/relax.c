@@ -585,23 +585,6 @@ static void limit_wanted(qw_env *env, relaxation *r)
     qw_free(env, at_face), qw_free(env, at_vertex);
 }
 
-static void find_turned_round(qw_env *env, void *user, uint8_t *is_worse)
-{
-    (void)env;
-    const relaxation *r = user;
-    for (uint32_t f = 0; f < r->quads->face_count; f++) {
-        qw_vec3 before = twice_area(r, f, r->position), after = twice_area(r, f, r->next);
-        is_worse[f] = is_sound(r, f, before) && qw_dot(before, after) <= 0;
-    }
-}
-
-static void stay(void *user, uint32_t v, float share)
-{
-    relaxation *r = user;
-    r->share[v] = share;
-    move_vertex(r, v, QW_NONE);
-}
-
 static void find_flipped(qw_env *env, void *user, uint8_t *is_worse)
 {
     (void)env;
@@ -640,9 +623,6 @@ static void settle(qw_env *env, relaxation *r)
     for (uint32_t v = 0; v < n; v++) r->share[v] = 1;
     memset(r->moves, 1, n);
     qw_parallel(env, n, GRAIN, move_block, r);
-    /* vertices that would turn a whole quad round on their way to the surface stay: the normal was no guide there */
-    if (qw_uses(env, QW_MECH_HOLD_BACK))
-        qw_go_back(env, &(qw_going_back){r->quads, true, r, find_turned_round, stay}, NULL);
     take_step(r);
 }
 
