@@ -3,7 +3,7 @@
 #include <assert.h>
 #include <string.h>
 
-enum { GRAIN = 512, ROUNDS = 24, STEPS = 4 };
+enum { ROUNDS = 24, STEPS = 4 };
 /* Of its way that a vertex goes after so many steps back. */
 static const float SHARE[STEPS + 1] = {1, 0.5f, 0.25f, 0.125f, 0};
 /* Cosine between a corner's normals before and after: below it the corner has flipped. */
@@ -71,7 +71,7 @@ static void judge(qw_env *env, void *user, uint8_t *is_worse)
 {
     holding *h = user;
     h->is_worse = is_worse;
-    qw_parallel(env, h->quads->face_count, GRAIN, judge_block, h);
+    qw_parallel(env, h->quads->face_count, QW_GRAIN_HEAVY, judge_block, h);
 }
 
 static void put(void *user, uint32_t v, float share)

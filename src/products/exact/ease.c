@@ -7,7 +7,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { SWEEPS = 8, LENGTHS = 3, MOST_COLORS = 64, GRAIN = 64 };
+enum { SWEEPS = 8, LENGTHS = 3, MOST_COLORS = 64 };
 /* In edges: the longest step tried. */
 static const double LONGEST = 0.12;
 /* What even sides count beside right angles. */
@@ -171,7 +171,7 @@ static bool ease_color(qw_env *env, const easing *e, const uint32_t *vertex, uin
 {
     bool any = false;
     ease_task t = {e, vertex, moved};
-    qw_parallel(env, count, GRAIN, ease_block, &t);
+    qw_parallel(env, count, QW_GRAIN_SEARCH, ease_block, &t);
     for (uint32_t i = 0; i < count; i++)
         if (moved[i]) qw_wake_around(&e->search, vertex[i]), any = true;
     return any;

@@ -15,8 +15,6 @@
 /* Boundary vertices closer than this share of the bounding box's diagonal may be one vertex written twice. */
 static const double NEAR = 1e-6;
 
-enum { GRAIN = 16384 };
-
 /* Marks the vertices on edges with one side; returns their number. */
 static uint32_t find_open(const qw_sheets *s, const qw_edges *edges, uint8_t *open)
 {
@@ -104,9 +102,9 @@ static void hold_corners(void *user, uint32_t block, uint32_t begin, uint32_t en
 
 static box box_of_corners(qw_env *env, const qw_sheets *s, const double *position)
 {
-    uint32_t blocks = qw_block_count(s->face_count, GRAIN);
+    uint32_t blocks = qw_block_count(s->face_count, QW_GRAIN_LIGHT);
     boxing a = {s, position, QW_NEW(env, box, blocks)};
-    qw_parallel(env, s->face_count, GRAIN, hold_corners, &a);
+    qw_parallel(env, s->face_count, QW_GRAIN_LIGHT, hold_corners, &a);
     box all = empty_box;
     for (uint32_t b = 0; b < blocks; b++)
         for (int k = 0; k < 3; k++) {
