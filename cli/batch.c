@@ -70,7 +70,7 @@ static bool is_output_whole(const batch_model *m, const char *record)
     batch_member(record, "output_hash", hash, sizeof hash);
     char *text = batch_read(m->output, &size);
     if (!text) return false;
-    snprintf(now, sizeof now, "%016" PRIx64, batch_hash(BATCH_HASH, text, size));
+    snprintf(now, sizeof now, "%016" PRIx64, qw_hash_bytes(QW_HASH_BYTES, text, size));
     free(text);
     return strtoull(bytes, NULL, 10) == size && strcmp(hash, now) == 0;
 }
@@ -140,7 +140,7 @@ static bool write_record(const qw_arguments *a, const batch_model *m, const outc
         size_t size;
         char *text = batch_read(m->output, &size), hash[32];
         if (!text) return free(json.text), false;
-        snprintf(hash, sizeof hash, "%016" PRIx64, batch_hash(BATCH_HASH, text, size));
+        snprintf(hash, sizeof hash, "%016" PRIx64, qw_hash_bytes(QW_HASH_BYTES, text, size));
         free(text);
         qw_json_text(&json, "output", m->output);
         qw_json_whole(&json, "output_bytes", (int64_t)size);

@@ -3,6 +3,7 @@
 #ifndef QW_CLI_BATCH_H
 #define QW_CLI_BATCH_H
 
+#include "base/hash.h"
 #include "args.h"
 
 typedef struct batch_model {
@@ -45,9 +46,5 @@ char *batch_read(const char *path, size_t *size);
 /* Which of the records are of failures is read from them. Writes report.jsonl and summary.html into the output folder,
    and pictures of the worst; the exit code. */
 int batch_report(const qw_arguments *a, const batch_list *list, size_t *failed);
-
-/* FNV-1a over bytes, begun with BATCH_HASH. */
-#define BATCH_HASH UINT64_C(0xcbf29ce484222325)
-uint64_t batch_hash(uint64_t hash, const void *bytes, size_t size);
 
 #endif

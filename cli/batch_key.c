@@ -25,7 +25,7 @@ enum {
 
 /* ---- keys */
 
-static uint64_t hash_text(uint64_t h, const char *text) { return batch_hash(h, text, strlen(text) + 1); }
+static uint64_t hash_text(uint64_t h, const char *text) { return qw_hash_bytes(h, text, strlen(text) + 1); }
 
 /* Size and time; of a file that is not there, that. */
 static uint64_t hash_file(uint64_t h, const char *path)
@@ -34,7 +34,7 @@ static uint64_t hash_file(uint64_t h, const char *path)
     int64_t parts[3] = {-1};
     if (stat(path, &s) == 0)
         parts[0] = (int64_t)s.st_size, parts[1] = (int64_t)s.st_mtim.tv_sec, parts[2] = (int64_t)s.st_mtim.tv_nsec;
-    return batch_hash(h, parts, sizeof parts);
+    return qw_hash_bytes(h, parts, sizeof parts);
 }
 
 /* Texture coordinates and maps, where they are asked for. */
@@ -46,12 +46,12 @@ static uint64_t hash_asset(uint64_t h, const qw_arguments *a)
         qw_asset_option_get(&a->asset, qw_asset_option_at(i)->name, value, sizeof value);
         h = hash_text(h, value);
     }
-    return batch_hash(h, what, sizeof what);
+    return qw_hash_bytes(h, what, sizeof what);
 }
 
 static uint64_t hash_settings(const qw_arguments *a)
 {
-    uint64_t h = BATCH_HASH;
+    uint64_t h = QW_HASH_BYTES;
     for (size_t i = 0; i < qw_option_count(); i++) {
         const char *name = qw_option_at(i)->name;
         char value[64] = "";
@@ -61,7 +61,7 @@ static uint64_t hash_settings(const qw_arguments *a)
     }
     const char *const others[] = {qw_version(), a->keep, a->density ? a->density : "", a->bare ? "bare" : ""};
     for (size_t i = 0; i < sizeof others / sizeof *others; i++) h = hash_text(h, others[i]);
-    if (a->level_count > 0) h = batch_hash(h, a->level, (size_t)a->level_count * sizeof a->level[0]);
+    if (a->level_count > 0) h = qw_hash_bytes(h, a->level, (size_t)a->level_count * sizeof a->level[0]);
     return a->unwrap || a->bake ? hash_asset(h, a) : h;
 }
 

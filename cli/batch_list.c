@@ -6,13 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-uint64_t batch_hash(uint64_t hash, const void *bytes, size_t size)
-{
-    const unsigned char *at = bytes;
-    for (size_t i = 0; i < size; i++) hash = (hash ^ at[i]) * UINT64_C(0x100000001b3);
-    return hash;
-}
-
 void batch_free(batch_list *list)
 {
     for (size_t i = 0; i < list->count; i++) {
@@ -73,17 +66,10 @@ char *batch_read(const char *path, size_t *size)
     return text;
 }
 
-/* Hashes of like names differ little in their lower bits. */
-static uint64_t mixed(uint64_t h)
-{
-    h = (h ^ h >> 33) * UINT64_C(0xff51afd7ed558ccd);
-    return h ^ h >> 33;
-}
-
 static bool is_of_shard(const qw_arguments *a, const char *name)
 {
-    return a->shards == 0 ||
-           mixed(batch_hash(BATCH_HASH, name, strlen(name))) % (uint64_t)a->shards == (uint64_t)a->shard;
+    uint64_t hash = qw_mix(qw_hash_bytes(QW_HASH_BYTES, name, strlen(name)));
+    return a->shards == 0 || hash % (uint64_t)a->shards == (uint64_t)a->shard;
 }
 
 /* The path without what would lead out of a folder that it is put into. */

@@ -24,6 +24,7 @@ static const measure measures[] = {
     {"angles off 90 degrees, root mean square", "quality", "angle_rms"},
     {"areas, standard deviation over mean", "quality", "area_cv"},
     {"angle to the principal directions (degrees)", "quality", "follow"},
+    {"share in rows that never cross themselves", "quality", "simple"},
     {"seconds", NULL, "wall_seconds"},
 };
 enum { MEASURES = sizeof measures / sizeof *measures, SECONDS = MEASURES - 1 };

@@ -52,8 +52,10 @@ void qw_print_summary(FILE *file, const qw_report *report, const qw_notes *notes
     fprintf(file, "out:  %s, %" PRId64 " quads (%" PRId64 " asked for), %" PRId64 " vertices, %" PRId64 " irregular\n",
             output ? shown(path, output) : "nothing written", t->quads, report->faces_asked, t->vertices,
             t->irregular + t->irregular_boundary);
-    fprintf(file, "      angles off by %.1f degrees, areas by %.0f %%, mean edge %.4g\n", report->angle_rms,
-            100 * report->area_cv, report->mean_edge);
+    fprintf(file,
+            "      angles off by %.1f degrees, areas by %.0f %%, mean edge %.4g, %.0f %% in rows that never cross "
+            "themselves\n",
+            report->angle_rms, 100 * report->area_cv, report->mean_edge, 100 * report->simple);
     if (report->symmetric)
         fprintf(file, "      symmetric about the plane %.4g x + %.4g y + %.4g z = %.4g\n", report->plane_x,
                 report->plane_y, report->plane_z, report->plane_offset);

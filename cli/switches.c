@@ -111,7 +111,9 @@ static const qw_switch_row switches[] = {
      "measure "
      "counts"},
     {SWITCH_CHORD, RENDER, "chord", NULL, "N", NULL, NULL,
-     "render: colour one strip of quads, side by side; 1 is the longest; where it crosses itself it is red"},
+     "render: colour one strip of quads, side by side; 1 is the worst: the longest of those that cross themselves, in "
+     "red where it does, or "
+     "of all if none does"},
     {SWITCH_AZIMUTH, RENDER, "azimuth", NULL, "N", NULL, NULL,
      "render: degrees by which the first view is to the right of the front (+z)"},
     {SWITCH_ELEVATION, RENDER, "elevation", NULL, "N", NULL, NULL,

@@ -1,8 +1,8 @@
 # Results whose bytes are the same on every machine, with every compiler, as tests/golden.tsv has them: a row is a name, an input (SHAPE:FACES
-# of quadwright-shapes, or a file of tests/data), options and the SHA-256 of the OBJ file.
+# of quadwright-shapes, or a file of tests/data), options, the SHA-256 of the OBJ file, and its share in rows that never cross themselves.
 # cmake -DTOOL=quadwright -DSHAPES=quadwright-shapes -DROOT=source -DWORK=folder [-DEMULATOR="node;--x"] [-DWITHOUT_SAT=ON] [-DREWRITE=ON]
 #   -P golden.cmake
-# WITHOUT_SAT leaves out the rows whose name begins with "sat", which a program without CaDiCaL cannot have. REWRITE puts this program's hashes
+# WITHOUT_SAT leaves out the rows whose name begins with "sat", which a program without CaDiCaL cannot have. REWRITE puts this program's hashes and shares
 # into the table instead. WORK/found.txt lists what was found, a name and its hash a line.
 set(table ${ROOT}/tests/golden.tsv)
 
@@ -26,6 +26,7 @@ foreach(row IN LISTS rows)
   string(REPLACE "\t" ";" fields "${row}")
   list(GET fields 0 name)
   list(GET fields 1 input)
+  set(row_input ${input})
   list(GET fields 2 options)
   list(GET fields 3 expected)
   if(WITHOUT_SAT AND name MATCHES "^sat")
@@ -42,15 +43,19 @@ foreach(row IN LISTS rows)
     set(input ${ROOT}/tests/data/${input})
   endif()
   set(output ${WORK}/${name}.obj)
-  make_file(${name} ${output} ${TOOL} ${input} -o ${output} ${arguments} --quiet)
+  make_file(${name} ${output} ${TOOL} ${input} -o ${output} ${arguments} --quiet --json ${WORK}/${name}.json)
+  file(READ ${WORK}/${name}.json report)
+  if(NOT report MATCHES "\"simple\": ([0-9]\\.?[0-9]?[0-9]?)")
+    message(FATAL_ERROR "golden: the report of ${name} does not say what lies in rows that never cross themselves")
+  endif()
+  set(simple ${CMAKE_MATCH_1})
   file(SHA256 ${output} found)
   if(NOT found STREQUAL expected AND NOT REWRITE)
     message(SEND_ERROR "golden: ${name} has other bytes: ${found}, expected ${expected} (where that is meant: `make golden`)")
   endif()
   string(APPEND found_rows "${name} ${found}\n")
   math(EXPR count "${count} + 1")
-  string(REGEX REPLACE "\t[^\t]*$" "\t${found}" row "${row}")
-  list(APPEND written "${row}")
+  list(APPEND written "${name}\t${row_input}\t${options}\t${found}\t${simple}")
 endforeach()
 file(WRITE ${WORK}/found.txt "${found_rows}")
 if(count LESS 12)

@@ -181,6 +181,7 @@ static void test_grids(void **state)
     assert_true(q.patches == 1 && q.chords == 19 && q.crossing == 0); /* nothing is irregular */
     near(q.patch_share, 1.0 / 84, 1e-12);
     near(q.chord_max, 12 / sqrt(84), 1e-12);
+    near(q.simple, 1, 1e-12);
     make_tube(&quads, 4, 5, 9, 0);
     q = measure(1, false);
     assert_true(q.patches == 1 && q.chords == 14 && q.crossing == 0); /* a boundary without corners */
@@ -228,6 +229,7 @@ static void test_crossing(void **state)
     q = measure(1, false);
     assert_true(q.crossing == 1);
     near(q.chord_max, 5 / sqrt(4), 1e-12); /* three quads, and the first twice */
+    assert_true(q.simple > 0 && q.simple < 1);
 }
 
 /* ---- follow */

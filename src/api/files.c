@@ -1,6 +1,7 @@
 /* The public functions over files and measures. Each makes an environment of its own, so that they can be called
  * without a context and from any thread; a loaded mesh keeps its environment, which owns its arrays and its message. */
 #include "products/attributes/transfer.h"
+#include "base/hash.h"
 #include "base/mesh_view.h"
 #include "api/loaded.h"
 #include "io/soup.h"
@@ -26,40 +27,19 @@ typedef struct load_job {
     const qw_mesh *source;
 } load_job;
 
-static uint32_t hash_position(const double p[3])
-{
-    uint64_t bits[3], h = 0;
-    memcpy(bits, p, sizeof bits);
-    for (int k = 0; k < 3; k++) h = (h ^ bits[k]) * 0x9e3779b97f4a7c15u, h ^= h >> 29;
-    return (uint32_t)(h >> 32);
-}
-
-static bool same_position(const double a[3], const double b[3]) { return a[0] == b[0] && a[1] == b[1] && a[2] == b[2]; }
-
 /* Formats that share no vertices between faces give each corner its own: equal positions become one vertex, numbered by
  * their first use. */
 static void weld(qw_env *env, qw_soup *soup)
 {
-    uint32_t slots = 16, kept = 0;
-    while (slots / 2 < soup->vertex_count && slots < UINT32_C(1) << 31) slots *= 2;
-    qw_scope_begin(env);
-    uint32_t *slot = QW_NEW(env, uint32_t, slots), *new_index = QW_NEW(env, uint32_t, soup->vertex_count);
-    memset(slot, 0xff, slots * sizeof *slot);
+    uint32_t *place = qw_find_places(env, soup->position, soup->vertex_count, NULL), kept = 0;
     for (uint32_t v = 0; v < soup->vertex_count; v++) {
-        double p[3];
-        for (int k = 0; k < 3; k++) p[k] = soup->position[3 * (size_t)v + k] + 0.0; /* -0 becomes 0 */
-        uint32_t at = hash_position(p) & (slots - 1);
-        while (slot[at] != QW_NONE && !same_position(soup->position + 3 * (size_t)slot[at], p))
-            at = (at + 1) & (slots - 1);
-        if (slot[at] == QW_NONE) {
-            memcpy(soup->position + 3 * (size_t)kept, p, sizeof p);
-            slot[at] = kept++;
-        }
-        new_index[v] = slot[at];
+        place[v] = place[v] == v ? kept++ : place[place[v]];
+        for (int k = 0; k < 3; k++) /* -0 becomes 0 */
+            soup->position[3 * (size_t)place[v] + k] = soup->position[3 * (size_t)v + k] + 0.0;
     }
-    for (uint32_t c = 0; c < soup->face_begin[soup->face_count]; c++) soup->corner[c] = new_index[soup->corner[c]];
+    for (uint32_t c = 0; c < soup->face_begin[soup->face_count]; c++) soup->corner[c] = place[soup->corner[c]];
     soup->vertex_count = kept;
-    qw_scope_end(env);
+    qw_free(env, place);
 }
 
 static void view_soup(qw_env *env, const qw_soup *soup, qw_mesh_view *view)

@@ -12,6 +12,18 @@ void qw_sort_u64(uint64_t *item, size_t count);
 /* Sorts, and leaves each once. Returns how many are left. */
 size_t qw_sort_once(uint64_t *item, size_t count);
 
+/* The first of sorted keys that is not below one; count: all are. */
+static inline size_t qw_first_not_below(const uint64_t *sorted, size_t count, uint64_t key)
+{
+    size_t low = 0;
+    while (low < count) {
+        size_t middle = low + (count - low) / 2;
+        if (sorted[middle] < key) low = middle + 1;
+        else count = middle;
+    }
+    return low;
+}
+
 /* Keys of numbers that are not negative, in the same order as these. */
 static inline uint32_t qw_float_key(float x)
 {

@@ -3,6 +3,7 @@
  */
 #include "geometry/curvature.h"
 
+#include "base/hash.h"
 #include "base/elementary.h"
 #include "geometry/weld.h"
 

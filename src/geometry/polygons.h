@@ -56,15 +56,6 @@ static inline qw_dvec3 qw_dpoint(const qw_mesh_view *mesh, uint32_t vertex, doub
     return (qw_dvec3){p[0] * scale, p[1] * scale, p[2] * scale};
 }
 
-/* One step of splitmix64. */
-static inline uint64_t qw_mix(uint64_t x)
-{
-    x += 0x9e3779b97f4a7c15u;
-    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-    x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-    return x ^ (x >> 31);
-}
-
 /* A frame in which both (other may be NULL) have a box of half to one quarter; its scale is a power of two. Vertices
    that no face uses do not count. */
 qw_frame qw_common_frame(const qw_mesh_view *mesh, const qw_mesh_view *other);

@@ -2,6 +2,7 @@
 #ifndef QW_GEOMETRY_SAMPLED_SURFACE_H
 #define QW_GEOMETRY_SAMPLED_SURFACE_H
 
+#include "base/hash.h"
 #include "geometry/bvh.h"
 #include "geometry/polygons.h"
 

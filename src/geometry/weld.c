@@ -1,72 +1,22 @@
 #include "geometry/weld.h"
 
-#include "base/sets.h"
 #include "base/elementary.h"
+#include "base/hash.h"
+#include "base/sets.h"
 #include "geometry/edges.h"
 
 #include <assert.h>
 #include <math.h>
 #include <string.h>
 
-/* A table of vertices with open addressing, filled in vertex order, so that the result never depends on the hash. */
-typedef struct table {
-    uint32_t *slot; /* uint32_t[mask + 1], QW_NONE where free */
-    uint64_t mask;
-} table;
-
-static table new_table(qw_env *env, uint32_t entries)
-{
-    uint64_t size = 16;
-    while (size < 2 * (uint64_t)entries) size *= 2;
-    table t = {.slot = QW_NEW(env, uint32_t, size), .mask = size - 1};
-    memset(t.slot, 0xff, size * sizeof(uint32_t));
-    return t;
-}
-
-static inline uint64_t mix(uint64_t x)
-{
-    x ^= x >> 32;
-    x *= 0x9e3779b97f4a7c15u;
-    return x ^ x >> 29;
-}
-
-static inline uint64_t hash_position(const double *p)
-{
-    uint64_t h = 0;
-    for (int k = 0; k < 3; k++) {
-        double x = p[k] + 0.0; /* -0 becomes 0 */
-        uint64_t bits;
-        memcpy(&bits, &x, sizeof bits);
-        h = mix(h + bits);
-    }
-    return mix(h);
-}
-
-static uint32_t find_or_add(table *t, const double *position, uint32_t v)
-{
-    assert(t->slot && position);
-    const double *p = position + 3 * (size_t)v;
-    for (uint64_t i = hash_position(p) & t->mask;; i = (i + 1) & t->mask) {
-        uint32_t w = t->slot[i];
-        if (w == QW_NONE) return t->slot[i] = v;
-        const double *q = position + 3 * (size_t)w;
-        if (p[0] == q[0] && p[1] == q[1] && p[2] == q[2]) return w;
-    }
-}
-
 uint32_t qw_weld_equal(qw_env *env, const double *position, uint32_t vertex_count, const uint8_t *only,
                        uint32_t *corner, uint32_t face_count)
 {
     assert(position && corner);
-    uint32_t entries = 0, welded = 0;
-    for (uint32_t v = 0; v < vertex_count; v++) entries += !only || only[v];
+    uint32_t welded = 0;
     qw_scope_begin(env);
-    table t = new_table(env, entries);
-    uint32_t *target = QW_NEW(env, uint32_t, vertex_count);
-    for (uint32_t v = 0; v < vertex_count; v++) {
-        target[v] = !only || only[v] ? find_or_add(&t, position, v) : v;
-        welded += target[v] != v;
-    }
+    const uint32_t *target = qw_find_places(env, position, vertex_count, only);
+    for (uint32_t v = 0; v < vertex_count; v++) welded += target[v] != v;
     for (size_t h = 0; welded && h < 3 * (size_t)face_count; h++) corner[h] = target[corner[h]];
     qw_scope_end(env);
     return welded;
@@ -77,8 +27,8 @@ uint32_t qw_weld_equal(qw_env *env, const double *position, uint32_t vertex_coun
 /* Boundary vertices in a grid, as chains of the vertices in one cell. Cells are several tolerances wide, so that the
    box of one tolerance around a point mostly touches one cell. */
 typedef struct grid {
-    table heads;     /* one vertex of each cell */
-    uint32_t *chain; /* uint32_t[vertex_count]: another vertex of the same cell, or QW_NONE */
+    qw_hash_table heads; /* one vertex of each cell */
+    uint32_t *chain;     /* uint32_t[vertex_count]: another vertex of the same cell, or QW_NONE */
     const double *position;
     double cell, tolerance;
 } grid;
@@ -88,16 +38,23 @@ static void cell_of(const grid *g, const double *p, double shift, int64_t *cell)
     for (int k = 0; k < 3; k++) cell[k] = (int64_t)qw_floor((p[k] + shift) / g->cell);
 }
 
-static uint32_t *head_of(grid *g, const int64_t *cell)
+typedef struct wanted_cell {
+    const grid *g;
+    const int64_t *cell;
+} wanted_cell;
+
+static bool is_in_cell(const void *wanted, uint32_t v)
 {
-    uint64_t h = mix(mix(mix((uint64_t)cell[0]) + (uint64_t)cell[1]) + (uint64_t)cell[2]);
-    for (uint64_t i = h & g->heads.mask;; i = (i + 1) & g->heads.mask) {
-        uint32_t w = g->heads.slot[i];
-        if (w == QW_NONE) return &g->heads.slot[i];
-        int64_t own[3];
-        cell_of(g, g->position + 3 * (size_t)w, 0, own);
-        if (memcmp(own, cell, sizeof own) == 0) return &g->heads.slot[i];
-    }
+    const wanted_cell *w = wanted;
+    int64_t own[3];
+    cell_of(w->g, w->g->position + 3 * (size_t)v, 0, own);
+    return memcmp(own, w->cell, sizeof own) == 0;
+}
+
+static uint32_t *head_of(const grid *g, const int64_t *cell)
+{
+    uint64_t h = qw_mix(qw_mix(qw_mix((uint64_t)cell[0]) ^ (uint64_t)cell[1]) ^ (uint64_t)cell[2]);
+    return qw_hash_slot(&g->heads, h, is_in_cell, &(wanted_cell){g, cell});
 }
 
 /* Looks at the latest few of the cell only. There are more where the whole model is small against its bounding box,
@@ -159,7 +116,8 @@ static uint32_t group_boundary(qw_env *env, const double *position, uint32_t ver
     *boundary = find_boundary(edges, vertex_count, open);
     for (uint32_t v = 0; v < vertex_count; v++) count += open[v];
     if (count == 0) return 0;
-    grid g = {.heads = new_table(env, count), .chain = QW_NEW(env, uint32_t, vertex_count), .position = position};
+    grid g = {
+        .heads = qw_hash_table_create(env, count), .chain = QW_NEW(env, uint32_t, vertex_count), .position = position};
     g.tolerance = tolerance;
     g.cell = 8 * tolerance;
     for (uint32_t v = 0; v < vertex_count; v++)

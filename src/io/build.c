@@ -97,31 +97,32 @@ qw_attribute *qw_build_attribute(qw_env *env, qw_soup *soup, const char *name, q
 
 /* ---- names */
 
-static uint64_t hash_text(const char *at, size_t size)
+typedef struct wanted_name {
+    const qw_names *n;
+    const char *at;
+    size_t size;
+} wanted_name;
+
+static bool is_same_name(const void *wanted, uint32_t i)
 {
-    uint64_t h = 0xcbf29ce484222325u;
-    for (size_t i = 0; i < size; i++) h = (h ^ (unsigned char)at[i]) * 0x100000001b3u;
-    return h ^ h >> 29;
+    const wanted_name *w = wanted;
+    const char *known = w->n->text + w->n->begin[i];
+    return strncmp(known, w->at, w->size) == 0 && known[w->size] == 0;
 }
 
-static size_t find_slot(const qw_names *n, const char *at, size_t size)
+static uint32_t *slot_of(const qw_names *n, const char *at, size_t size)
 {
-    size_t i = (size_t)hash_text(at, size) & (n->slots - 1);
-    for (; n->slot[i] != QW_NONE; i = (i + 1) & (n->slots - 1)) {
-        const char *known = n->text + n->begin[n->slot[i]];
-        if (strncmp(known, at, size) == 0 && known[size] == 0) break;
-    }
-    return i;
+    uint64_t hash = qw_mix(qw_hash_bytes(QW_HASH_BYTES, at, size));
+    return qw_hash_slot(&n->table, hash, is_same_name, &(wanted_name){n, at, size});
 }
 
-static void grow_slots(qw_env *env, qw_names *n)
+static void grow_table(qw_env *env, qw_names *n)
 {
-    n->slots = n->slots ? 2 * n->slots : FIRST_CAPACITY;
-    n->slot = qw_resize(env, n->slot, n->slots, sizeof *n->slot);
-    memset(n->slot, 0xff, n->slots * sizeof *n->slot);
+    qw_free(env, n->table.slot);
+    n->table = qw_hash_table_create(env, 2 * (n->count + FIRST_CAPACITY));
     for (uint32_t i = 0; i < n->count; i++) {
         const char *name = n->text + n->begin[i];
-        n->slot[find_slot(n, name, strlen(name))] = i;
+        *slot_of(n, name, strlen(name)) = i;
     }
 }
 
@@ -129,16 +130,16 @@ int32_t qw_name_number(qw_env *env, qw_names *n, const char *at, size_t size)
 {
     const char *end = memchr(at, 0, size);
     if (end) size = (size_t)(end - at);
-    if (2 * n->count >= n->slots) grow_slots(env, n);
-    size_t slot = find_slot(n, at, size);
-    if (n->slot[slot] != QW_NONE) return (int32_t)n->slot[slot];
+    if (2 * n->count >= n->table.mask) grow_table(env, n);
+    uint32_t *slot = slot_of(n, at, size);
+    if (*slot != QW_NONE) return (int32_t)*slot;
     n->begin = qw_grow(env, n->begin, &n->begin_capacity, n->count + 1, sizeof *n->begin);
     n->text = qw_grow(env, n->text, &n->text_capacity, n->text_size + size + 1, 1);
     n->begin[n->count] = n->text_size;
     memcpy(n->text + n->text_size, at, size);
     n->text[n->text_size + size] = 0;
     n->text_size += size + 1;
-    n->slot[slot] = (uint32_t)n->count;
+    *slot = (uint32_t)n->count;
     return (int32_t)n->count++;
 }
 
@@ -147,6 +148,6 @@ const char *const *qw_finish_names(qw_env *env, qw_names *n)
     if (n->count == 0) return NULL;
     const char **names = QW_NEW(env, const char *, n->count);
     for (size_t i = 0; i < n->count; i++) names[i] = n->text + n->begin[i];
-    qw_free(env, n->slot), qw_free(env, n->begin);
+    qw_free(env, n->table.slot), qw_free(env, n->begin);
     return names;
 }

@@ -2,6 +2,7 @@
 #ifndef QW_IO_BUILD_H
 #define QW_IO_BUILD_H
 
+#include "base/hash.h"
 #include "io/soup.h"
 
 /* No count of vertices, corners or corners of triangles after cutting the polygons may reach this. */
@@ -62,10 +63,10 @@ qw_attribute *qw_build_attribute(qw_env *env, qw_soup *soup, const char *name, q
 
 /* Names that come again and again, numbered from 0 in the order in which they come first. */
 typedef struct qw_names {
-    size_t count, slots, text_size, text_capacity, begin_capacity;
-    uint32_t *slot; /* uint32_t[slots]: number of a name, or QW_NONE */
-    size_t *begin;  /* size_t[count]: where each begins in text */
-    char *text;     /* NUL-terminated, one after the other */
+    size_t count, text_size, text_capacity, begin_capacity;
+    qw_hash_table table;
+    size_t *begin; /* size_t[count]: where each begins in text */
+    char *text;    /* NUL-terminated, one after the other */
 } qw_names;
 int32_t qw_name_number(qw_env *env, qw_names *names, const char *at, size_t size);
 /* char *[count], of which the first is the block of all. */

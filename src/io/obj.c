@@ -182,13 +182,6 @@ static qw_word rest_of_line(qw_text *t)
     return word;
 }
 
-static uint64_t hash_name(qw_word word)
-{
-    uint64_t h = 0xcbf29ce484222325u;
-    for (size_t i = 0; i < word.size; i++) h = (h ^ (unsigned char)word.at[i]) * 0x100000001b3u;
-    return h;
-}
-
 static void begin_run(obj *o)
 {
     uint64_t label = o->smoothing * 0x9e3779b97f4a7c15u ^ o->material;
@@ -281,7 +274,7 @@ static void mark_borders(obj *o)
     qw_env *env = o->build.env;
     const qw_soup *s = &o->build.soup;
     if (o->run_count < 2) return;
-    uint32_t edges, *place = qw_find_places(env, s->position, s->vertex_count);
+    uint32_t edges, *place = qw_find_places(env, s->position, s->vertex_count, NULL);
     uint64_t *label = labels_of_faces(o);
     uint8_t *only = find_border_vertices(o, label, place);
     const qw_outlines of = {s->vertex_count, s->face_count, s->position, s->face_begin, s->corner};
@@ -374,8 +367,8 @@ static void read_other(obj *o)
         t->at += statements[i].size;
         qw_word word = rest_of_line(t);
         o->name[i] = qw_name_number(o->build.env, &o->extras.names[i], word.at, word.size);
-        if (i == QW_OBJ_MATERIAL) o->material = hash_name(word);
-        if (i == QW_OBJ_SMOOTHING) o->smoothing = hash_name(word);
+        if (i == QW_OBJ_MATERIAL) o->material = qw_hash_bytes(QW_HASH_BYTES, word.at, word.size);
+        if (i == QW_OBJ_SMOOTHING) o->smoothing = qw_hash_bytes(QW_HASH_BYTES, word.at, word.size);
         return;
     }
     if (is_statement(t, "vt", 2) || is_statement(t, "vn", 2)) {

@@ -1,5 +1,6 @@
 #include "io/outlines.h"
 
+#include "base/hash.h"
 #include "base/sort.h"
 #include "base/mesh_view.h"
 #include "io/soup.h"
@@ -8,54 +9,19 @@
 #include <math.h>
 #include <string.h>
 
-/* ---- places */
-
-static uint64_t hash_place(const double *p)
-{
-    uint64_t h = 0;
-    for (int k = 0; k < 3; k++) {
-        double x = p[k] + 0.0; /* -0 becomes 0 */
-        uint64_t bits;
-        memcpy(&bits, &x, sizeof bits);
-        h = (h ^ bits) * 0x9e3779b97f4a7c15u;
-        h ^= h >> 29;
-    }
-    return h >> 20;
-}
-
-uint32_t *qw_find_places(qw_env *env, const double *position, uint32_t vertex_count)
-{
-    assert(position || vertex_count == 0);
-    size_t slots = 16;
-    while (slots < 2 * (size_t)vertex_count) slots *= 2;
-    uint32_t *place = QW_NEW(env, uint32_t, vertex_count), *slot = QW_NEW(env, uint32_t, slots);
-    memset(slot, 0xff, slots * sizeof *slot);
-    for (uint32_t v = 0; v < vertex_count; v++) {
-        const double *p = position + 3 * (size_t)v, *q;
-        size_t at = (size_t)hash_place(p) & (slots - 1);
-        for (; slot[at] != QW_NONE; at = (at + 1) & (slots - 1)) {
-            q = position + 3 * (size_t)slot[at];
-            if (p[0] == q[0] && p[1] == q[1] && p[2] == q[2]) break;
-        }
-        if (slot[at] == QW_NONE) slot[at] = v;
-        place[v] = slot[at];
-    }
-    qw_free(env, slot);
-    return place;
-}
-
 /* ---- edges */
 
-/* The first side of an edge takes its slot; the others are compared with it. */
-typedef struct slot {
-    uint64_t edge;  /* key of its ends, + 1; 0: free */
+/* An edge by its first side; the others are compared with it. */
+typedef struct known_edge {
+    uint64_t key;   /* of its ends */
     qw_side side;   /* the first */
     uint32_t count; /* sides */
-} slot;
+} known_edge;
 
 typedef struct table {
-    slot *slot; /* slot[count], a power of two */
-    size_t count;
+    qw_hash_table at;
+    known_edge *edge; /* known_edge[count] */
+    uint32_t count;
 } table;
 
 typedef struct search {
@@ -71,17 +37,28 @@ typedef struct search {
 
 static table new_table(qw_env *env, size_t sides)
 {
-    table t = {.count = 16};
-    while (t.count < 2 * sides) t.count *= 2;
-    t.slot = QW_NEW_ZERO(env, slot, t.count);
-    return t;
+    return (table){.at = qw_hash_table_create(env, sides), .edge = QW_NEW(env, known_edge, sides)};
 }
 
-static slot *slot_of(const table *t, uint64_t edge)
+static void free_table(qw_env *env, table *t) { qw_free(env, t->at.slot), qw_free(env, t->edge); }
+
+typedef struct wanted_edge {
+    const table *t;
+    uint64_t key;
+} wanted_edge;
+
+static bool is_same_edge(const void *wanted, uint32_t e)
 {
-    size_t at = (size_t)(edge * 0x9e3779b97f4a7c15u >> 20) & (t->count - 1);
-    while (t->slot[at].edge && t->slot[at].edge != edge) at = (at + 1) & (t->count - 1);
-    return &t->slot[at];
+    const wanted_edge *w = wanted;
+    return w->t->edge[e].key == w->key;
+}
+
+/* The edge of a side, which is its first where there is none yet. */
+static known_edge *edge_of(table *t, uint64_t key, const qw_side *side)
+{
+    uint32_t *slot = qw_hash_slot(&t->at, qw_mix(key), is_same_edge, &(wanted_edge){t, key});
+    if (*slot == QW_NONE) *slot = t->count, t->edge[t->count++] = (known_edge){key, *side, 0};
+    return &t->edge[*slot];
 }
 
 /* The side that begins at a corner; its key, or 0 where it is not looked at. */
@@ -122,10 +99,10 @@ static table find_shared(search *s, size_t *alone)
     *alone = 0;
     for (uint32_t f = 0; f < s->of->face_count; f++)
         for (uint32_t c = s->of->face_begin[f]; c < s->of->face_begin[f + 1]; c++) {
-            uint64_t edge = side_at(s, false, f, c, &side);
-            if (!edge) continue;
-            slot *known = slot_of(&t, edge);
-            if (known->count++ == 0) known->edge = edge, known->side = side, ++*alone;
+            uint64_t key = side_at(s, false, f, c, &side);
+            if (!key) continue;
+            known_edge *known = edge_of(&t, key, &side);
+            if (known->count++ == 0) ++*alone;
             else if (known->count == 2) --*alone;
             if (known->count > 1 && known->side.face != f && s->differ(s->user, &known->side, &side))
                 add_edge(s, &side);
@@ -135,21 +112,21 @@ static table find_shared(search *s, size_t *alone)
 
 /* Between sides that are alone, by their positions: twice over them, as only where there are two in all are they one
  * edge. */
-static void find_parted(search *s, const table *shared, size_t alone)
+static void find_parted(search *s, table *shared, size_t alone)
 {
     table t = new_table(s->env, alone);
     qw_side side;
     for (int pass = 0; pass < 2; pass++)
         for (uint32_t f = 0; f < s->of->face_count; f++)
             for (uint32_t c = s->of->face_begin[f]; c < s->of->face_begin[f + 1]; c++) {
-                uint64_t own = side_at(s, false, f, c, &side), edge = own ? side_at(s, true, f, c, &side) : 0;
-                if (!edge || slot_of(shared, own)->count > 1) continue;
-                slot *known = slot_of(&t, edge);
-                if (pass == 0 && known->count++ == 0) known->edge = edge, known->side = side;
+                uint64_t own = side_at(s, false, f, c, &side), key = own ? side_at(s, true, f, c, &side) : 0;
+                if (!key || edge_of(shared, own, &side)->count > 1) continue;
+                known_edge *known = edge_of(&t, key, &side);
+                known->count += pass == 0;
                 if (pass == 0 || known->count != 2 || known->side.face == f) continue;
                 if (s->differ(s->user, &known->side, &side)) add_edge(s, &side);
             }
-    qw_free(s->env, t.slot);
+    free_table(s->env, &t);
 }
 
 uint32_t *qw_find_borders(qw_env *env, const qw_outlines *of, const uint32_t *place, const uint8_t *only,
@@ -159,12 +136,12 @@ uint32_t *qw_find_borders(qw_env *env, const qw_outlines *of, const uint32_t *pl
     size_t alone;
     table shared = find_shared(&s, &alone);
     if (alone > 1) {
-        uint32_t *own = place ? NULL : qw_find_places(env, of->position, of->vertex_count);
+        uint32_t *own = place ? NULL : qw_find_places(env, of->position, of->vertex_count, NULL);
         if (own) s.place = own;
         find_parted(&s, &shared, alone);
         qw_free(env, own);
     }
-    qw_free(env, shared.slot);
+    free_table(env, &shared);
     *edges = s.edges;
     return s.edge;
 }

@@ -21,9 +21,6 @@ typedef struct qw_side {
 
 typedef bool qw_sides_differ(const void *user, const qw_side *x, const qw_side *y);
 
-/* uint32_t[vertex_count]: the first vertex at the position of each. In the caller's scope. */
-uint32_t *qw_find_places(qw_env *env, const double *position, uint32_t vertex_count);
-
 /* uint32_t[*edges][2]: vertices of the edges at which two faces differ, NULL where there is none. Faces that share both
  * vertices are at one edge; a face that shares them with none is at one with another such at the same positions, if
  * there is just one. only: uint8_t[vertex_count]: edges between these; NULL: all. place: as qw_find_places has it, or

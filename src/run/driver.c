@@ -6,13 +6,14 @@
 #include "run/stages/stages.h"
 #include "whole/kept_rims.h"
 #include "whole/wrapped.h"
-#include "whole/fast.h"
+#include "remesh/sizes/fast.h"
 
 #include "base/constants.h"
 #include "run/judge.h"
 #include "products/measure/measure.h"
 
 #include <assert.h>
+#include <math.h>
 #include <string.h>
 
 /* Of each option the first stage whose result depends on it; QW_STAGE_COUNT: none does. Options of the count also
@@ -341,7 +342,7 @@ static void describe_result(qw_run_state *run)
     qw_measure_mesh(run->env, &view, NULL, NULL, &run->report->topology, &quality);
     qw_scope_end(run->env);
     run->report->angle_rms = quality.angle_rms, run->report->area_cv = quality.area_cv,
-    run->report->mean_edge = quality.mean_edge;
+    run->report->mean_edge = quality.mean_edge, run->report->simple = fmax(quality.simple, 0);
     run->report->count_assembled = run->report->topology.faces - run->fitted.face_count;
 }
 

@@ -441,12 +441,7 @@ static void blame_doubles(cutting *c)
     for (uint32_t g = 0; g < c->cut.face_count; g++)
         for (uint32_t k = 0; k < c->cut.face_begin[g + 1] - c->cut.face_begin[g]; k++) {
             uint64_t one = edge_key(c, g, k);
-            size_t low = 0, high = sides;
-            while (low < high) {
-                size_t middle = (low + high) / 2;
-                if (key[middle] < one) low = middle + 1;
-                else high = middle;
-            }
+            size_t low = qw_first_not_below(key, sides, one);
             if (low + 1 < sides && key[low + 1] == one) blame(c, c->cut.source[g]);
         }
     qw_free(c->env, key);

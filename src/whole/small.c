@@ -7,6 +7,7 @@
 #include "remesh/quads/quad_components.h"
 #include "whole/thin.h"
 #include "remesh/quads/minimal.h"
+#include "remesh/sizes/needs.h"
 #include "whole/sizes.h"
 
 #include <math.h>

@@ -48,6 +48,7 @@ def sentences(report, transfer, seconds, lost, notes, materials=(), follows_seam
             f"{count(irregular, 'irregular vertex', 'irregular vertices')} of {vertices:,} ({100 * irregular / max(1, vertices):.1f} %)",
         ),
         ("DOT", f"Corners are {report['angle_rms']:.1f}\N{DEGREE SIGN} off the right angle, areas {100 * report['area_cv']:.0f} % off their mean"),
+        ("CURVE_PATH", f"{100 * report['simple']:.0f} % in rows that never cross themselves"),
     ]
     if coarse:
         lines.insert(1, ("MOD_MULTIRES", f"Split into {count(topology['faces'], 'quad')}"))

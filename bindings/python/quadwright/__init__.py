@@ -422,6 +422,7 @@ class Result(_Meshlike):
         return self._figure([("quads", len(self.quads)), ("asked for", report["faces_asked"]), ("vertices", len(self.vertices)),
                              ("irregular", topology["irregular"] + topology["irregular_boundary"]),
                              ("angles off by", f"{report['angle_rms']:.1f} degrees"), ("areas by", f"{100 * report['area_cv']:.0f} %"),
+                             ("in simple rows", f"{100 * report['simple']:.0f} %"),
                              ("seconds", f"{report['seconds']:.2f}")])
 
 

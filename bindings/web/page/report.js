@@ -1,7 +1,7 @@
 /* The report as a table: the figures that say most, then all of them. */
 
 const CHOSEN = [
-  ['topology', 'quads'], ['topology', 'irregular'], ['topology', 'irregular_boundary'], ['quality', 'angle_rms'], ['quality', 'area_cv'], ['quality', 'follow'],
+  ['topology', 'quads'], ['topology', 'irregular'], ['topology', 'irregular_boundary'], ['quality', 'angle_rms'], ['quality', 'area_cv'], ['quality', 'follow'], ['quality', 'simple'],
   ['quality', 'hausdorff'], ['quality', 'patches'], ['topology', 'boundary_loops'], ['report', 'seconds'],
 ];
 

@@ -4,6 +4,7 @@
  * A vertex of glTF is a combination of a position and attributes, so a surface is cut open wherever normals or texture
  * coordinates change. Here vertices of an object that lie at one place and move alike (joints, weights, morph targets)
  * become one again, and what differs between them goes by corners. */
+#include "base/hash.h"
 #include "io/formats.h"
 #include "io/gltf/gltf_surface.h"
 
@@ -12,39 +13,30 @@
 
 /* ---- joining vertices */
 
-static uint64_t mix(uint64_t h, uint64_t bits)
-{
-    h = (h ^ bits) * 0x9e3779b97f4a7c15u;
-    return h ^ h >> 29;
-}
-
-static uint64_t mix_double(uint64_t h, double value)
-{
-    uint64_t bits;
-    value += 0.0; /* -0 becomes 0 */
-    memcpy(&bits, &value, sizeof bits);
-    return mix(h, bits);
-}
-
 static uint64_t hash_vertex(const qw_gltf_surface *s, uint32_t v)
 {
-    uint64_t h = s->owner[v];
-    for (size_t k = 0; k < 3; k++) h = mix_double(h, s->build.soup.position[3 * (size_t)v + k]);
+    uint64_t h = s->owner[v] ^ qw_hash_place(s->build.soup.position + 3 * (size_t)v);
     for (size_t k = 0; k < s->influences; k++) {
-        h = mix_double(h, (double)s->weight[s->influences * (size_t)v + k]);
-        h = mix(h, s->joint[s->influences * (size_t)v + k]);
+        h = qw_hash_real(h, (double)s->weight[s->influences * (size_t)v + k]);
+        h = qw_mix(h ^ s->joint[s->influences * (size_t)v + k]);
     }
     for (uint32_t c = 0; c < s->channels; c++)
         for (size_t k = 0; k < 3 && s->channel[c].is_of_vertex; k++)
-            h = mix_double(h, (double)s->channel[c].values[3 * (size_t)v + k]);
-    return h ^ h >> 32;
+            h = qw_hash_real(h, (double)s->channel[c].values[3 * (size_t)v + k]);
+    return h;
 }
 
-static bool is_same_vertex(const qw_gltf_surface *s, uint32_t v, uint32_t w)
+typedef struct wanted_vertex {
+    const qw_gltf_surface *s;
+    uint32_t v;
+} wanted_vertex;
+
+static bool is_same_vertex(const void *wanted, uint32_t w)
 {
-    bool same = s->owner[v] == s->owner[w];
+    const qw_gltf_surface *s = ((const wanted_vertex *)wanted)->s;
     const double *p = s->build.soup.position;
-    for (size_t k = 0; k < 3; k++) same &= p[3 * (size_t)v + k] == p[3 * (size_t)w + k];
+    uint32_t v = ((const wanted_vertex *)wanted)->v;
+    bool same = s->owner[v] == s->owner[w] && qw_is_one_place(p + 3 * (size_t)v, p + 3 * (size_t)w);
     for (size_t k = 0, n = s->influences; k < n && same; k++)
         same = s->weight[n * v + k] == s->weight[n * w + k] && s->joint[n * v + k] == s->joint[n * w + k];
     for (uint32_t c = 0; c < s->channels && same; c++)
@@ -58,17 +50,13 @@ static uint32_t *find_twins(const qw_gltf_surface *s)
 {
     qw_env *env = s->d->env;
     uint32_t count = s->build.soup.vertex_count, *first = QW_NEW(env, uint32_t, count);
-    size_t slots = 16;
-    while (slots < 2 * (size_t)count) slots *= 2;
-    uint32_t *slot = QW_NEW(env, uint32_t, slots);
-    memset(slot, 0xff, slots * sizeof *slot);
+    qw_hash_table t = qw_hash_table_create(env, count);
     for (uint32_t v = 0; v < count; v++) {
-        size_t at = (size_t)hash_vertex(s, v) & (slots - 1);
-        while (slot[at] != QW_NONE && !is_same_vertex(s, slot[at], v)) at = (at + 1) & (slots - 1);
-        if (slot[at] == QW_NONE) slot[at] = v;
-        first[v] = slot[at];
+        uint32_t *slot = qw_hash_slot(&t, hash_vertex(s, v), is_same_vertex, &(wanted_vertex){s, v});
+        if (*slot == QW_NONE) *slot = v;
+        first[v] = *slot;
     }
-    qw_free(env, slot);
+    qw_free(env, t.slot);
     return first;
 }
 

@@ -7,6 +7,7 @@
  */
 #include "products/atlas/pack.h"
 
+#include "base/hash.h"
 #include "products/atlas/mask.h"
 #include "base/elementary.h"
 #include "geometry/polygons.h"

@@ -3,6 +3,7 @@
  * once, by the first triangle that holds it. */
 #include "products/bake/maps.h"
 
+#include "base/hash.h"
 #include "products/bake/pad.h"
 #include "base/elementary.h"
 #include "geometry/openness.h"

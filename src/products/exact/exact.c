@@ -4,7 +4,7 @@
 #include "base/constants.h"
 #include "products/exact/rows.h"
 #include "products/limit/fit_shape.h"
-#include "products/limit/flip_guard.h"
+#include "geometry/go_back.h"
 
 #include <assert.h>
 #include <math.h>
@@ -447,8 +447,8 @@ static uint32_t settle(holding *w)
 /* No quad is made bad for what a vertex lies on. */
 static void take_back(holding *w, const double *first)
 {
-    uint8_t *back = QW_NEW_ZERO(w->env, uint8_t, w->quads->vertex_count);
-    qw_undo_bad(w->quads, w->place, first, WORSE, back);
+    uint8_t *back = QW_NEW(w->env, uint8_t, w->quads->vertex_count);
+    qw_undo_bad(w->env, w->quads, w->place, first, WORSE, back);
     for (uint32_t v = 0; v < w->quads->vertex_count; v++)
         if (back[v]) w->of[v][0] = w->of[v][1] = QW_NONE;
 }
@@ -497,7 +497,7 @@ uint32_t qw_put_on_primitives(qw_env *env, qw_quadmesh *quads, double *place, co
                                 leave_tangent, w.on_tangent, &w});
         project_all(&w);
     }
-    qw_undo_bad(quads, place, put, WORSE, NULL);
+    qw_undo_bad(env, quads, place, put, WORSE, NULL);
     take_back(&w, first);
     uint32_t count = settle(&w);
     memcpy(position, quads->position, n * sizeof *position);

@@ -1,6 +1,7 @@
 #include "products/limit/cage.h"
 
 #include "products/limit/stencils.h"
+#include "base/sort.h"
 #include "geometry/polygons.h"
 
 #include <stdlib.h>
@@ -29,15 +30,13 @@ static void link_quads(qw_env *env, qw_quadmesh *q, const qw_polygon_edges *e)
     }
 }
 
-static uint64_t key_of(uint32_t a, uint32_t b) { return a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a; }
-
 /* The first of the edges, which are sorted by their ends, that is not below the key. */
 static uint32_t find_edge(const qw_quadmesh *q, const qw_polygon_edges *e, uint64_t key)
 {
     uint32_t low = 0, high = e->edge_count;
     while (low < high) {
         uint32_t middle = low + (high - low) / 2, h = e->sorted[e->edge_begin[middle]];
-        if (key_of(q->corner[h], q->corner[qw_quad_next(h)]) < key) low = middle + 1;
+        if (qw_pair_key(q->corner[h], q->corner[qw_quad_next(h)]) < key) low = middle + 1;
         else high = middle;
     }
     return low;
@@ -51,8 +50,8 @@ static void take_marks(qw_env *env, const qw_mesh_view *cage, qw_quadmesh *q, co
             q->kind[a] = QW_VERTEX_CORNER;
             continue;
         }
-        uint32_t i = find_edge(q, e, key_of(a, b)), h = i < e->edge_count ? e->sorted[e->edge_begin[i]] : QW_NONE;
-        if (h == QW_NONE || key_of(q->corner[h], q->corner[qw_quad_next(h)]) != key_of(a, b))
+        uint32_t i = find_edge(q, e, qw_pair_key(a, b)), h = i < e->edge_count ? e->sorted[e->edge_begin[i]] : QW_NONE;
+        if (h == QW_NONE || qw_pair_key(q->corner[h], q->corner[qw_quad_next(h)]) != qw_pair_key(a, b))
             qw_fail(env, QW_ARGUMENT, m, "the marked edge %u from vertex %u to %u is no edge of the mesh", m, a, b);
         q->mark[h] = QW_MARK_FEATURE;
         if (q->twin[h] != QW_NONE) q->mark[q->twin[h]] = QW_MARK_FEATURE;

@@ -104,13 +104,27 @@ static void count_patches(qw_env *env, qw_base_complex *b)
 /* The direction of its quad that half-edge h is crossed in, as 2 quad + direction. */
 static uint32_t direction_of(uint32_t h) { return h / 4 * 2 + (h & 1); }
 
-/* Gives the sets of directions numbers by falling size. */
+/* uint8_t[2 quads]: 1 at the root of a set that has both directions of a quad. */
+static uint8_t *find_crossing(qw_env *env, qw_base_complex *b, uint32_t *set)
+{
+    uint8_t *crosses = QW_NEW_ZERO(env, uint8_t, 2 * (size_t)b->quads);
+    for (uint32_t q = 0; q < b->quads; q++) {
+        uint32_t root = qw_set_of(set, 2 * q);
+        if (root != qw_set_of(set, 2 * q + 1)) continue;
+        b->crossing += !crosses[root];
+        crosses[root] = 1;
+    }
+    return crosses;
+}
+
+/* Gives the sets of directions numbers: those first that cross themselves, by falling size. */
 static void number_chords(qw_env *env, qw_base_complex *b, uint32_t *set, uint32_t *size)
 {
     uint64_t *order = QW_NEW(env, uint64_t, b->chord_count);
+    uint8_t *crosses = find_crossing(env, b, set);
     uint32_t n = 0;
     for (uint32_t c = 0; c < 2 * b->quads; c++)
-        if (size[c]) order[n++] = (uint64_t)(UINT32_MAX - size[c]) << 32 | c;
+        if (size[c]) order[n++] = (uint64_t)(INT32_MAX - size[c]) << 32 | (uint64_t)!crosses[c] << 63 | c;
     assert(n == b->chord_count);
     qw_sort_u64(order, n);
     b->length = QW_NEW(env, uint32_t, n);
@@ -120,16 +134,7 @@ static void number_chords(qw_env *env, qw_base_complex *b, uint32_t *set, uint32
         size[root] = i; /* from here on its number */
     }
     for (uint32_t c = 0; c < 2 * b->quads; c++) b->chord[c] = size[qw_set_of(set, c)];
-    qw_free(env, order);
-}
-
-static void count_crossing(qw_env *env, qw_base_complex *b)
-{
-    uint8_t *crosses = QW_NEW_ZERO(env, uint8_t, b->chord_count);
-    for (uint32_t q = 0; q < b->quads; q++)
-        if (b->chord[2 * q] == b->chord[2 * q + 1]) crosses[b->chord[2 * q]] = 1;
-    for (uint32_t i = 0; i < b->chord_count; i++) b->crossing += crosses[i];
-    qw_free(env, crosses);
+    qw_free(env, crosses), qw_free(env, order);
 }
 
 static void find_chords(qw_env *env, qw_base_complex *b)
@@ -143,7 +148,6 @@ static void find_chords(qw_env *env, qw_base_complex *b)
     for (uint32_t c = 0; c < directions; c++) size[qw_set_of(set, c)]++;
     b->chord = QW_NEW(env, uint32_t, directions);
     number_chords(env, b, set, size);
-    count_crossing(env, b);
     qw_free(env, set), qw_free(env, size);
 }
 
@@ -157,4 +161,20 @@ qw_base_complex qw_find_base_complex(qw_env *env, const qw_mesh_view *mesh, cons
     count_patches(env, &b);
     find_chords(env, &b);
     return b;
+}
+
+double qw_simple_share(const qw_base_complex *b, const qw_mesh_view *mesh)
+{
+    assert(b->chord && b->corner);
+    double all = 0, simple = 0, scale = qw_common_frame(mesh, NULL).scale;
+    for (uint32_t q = 0; q < b->quads; q++) {
+        qw_dvec3 p[4];
+        for (uint32_t i = 0; i < 4; i++) p[i] = qw_dpoint(mesh, b->corner[4 * q + i], scale);
+        double area = qw_dlength(qw_dcross(qw_dsub(p[2], p[0]), qw_dsub(p[3], p[1])));
+        for (uint32_t i = 0; i < 2; i++) {
+            all += area;
+            if (b->chord[2 * q + i] >= b->crossing) simple += area;
+        }
+    }
+    return all > 0 ? simple / all : 1;
 }

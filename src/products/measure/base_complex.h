@@ -21,13 +21,18 @@ typedef struct qw_base_complex {
                              that lie opposite ways round */
     uint8_t *line;        /* uint8_t[4 quads]: 1 on lines and boundaries */
     uint32_t patches;     /* faces of the base complex */
-    uint32_t chord_count; /* chords are numbered by falling length; equal ones by their first quad */
+    uint32_t chord_count; /* chords are numbered by falling length, those first that cross themselves; equal ones by
+                             their first quad */
     uint32_t *chord;      /* uint32_t[2 quads]: chord of each direction of each quad */
     uint32_t *length;     /* uint32_t[chord_count]: quads, those twice where the chord crosses itself */
-    uint32_t crossing;    /* chords that cross themselves */
+    uint32_t crossing;    /* chords that cross themselves: chords 0 .. crossing - 1 */
 } qw_base_complex;
 
 /* edges: of the mesh. The arrays belong to the current scope. Takes time in proportion to the quads. */
 qw_base_complex qw_find_base_complex(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges);
+
+/* Share of the area of the quads, each counted once for either of its chords, in chords that never cross themselves (an
+   entry of the score of SQuadGen, ACM TOG 45(4), 2026). Spirals are what is left. */
+double qw_simple_share(const qw_base_complex *complex, const qw_mesh_view *mesh);
 
 #endif

@@ -7,6 +7,7 @@
  */
 #include "products/measure/measure.h"
 
+#include "base/hash.h"
 #include "base/sets.h"
 #include "base/elementary.h"
 #include "products/measure/base_complex.h"
@@ -31,8 +32,7 @@ typedef struct topology_task {
     uint8_t *seen;        /* uint8_t[corner_count]: fans with boundary edges */
     uint32_t *component;  /* sets of faces, uint32_t[face_count] */
     uint32_t *corners;    /* uint32_t[corner_count], sorted face by face */
-    uint32_t *table;      /* uint32_t[slots]: faces by their corners, or QW_NONE */
-    size_t slots;         /* a power of two */
+    qw_hash_table faces;  /* by their corners */
     qw_valences valences;
 } topology_task;
 
@@ -68,12 +68,24 @@ static void sort_many(uint32_t *a, uint32_t n)
     }
 }
 
+typedef struct wanted_face {
+    const topology_task *t;
+    uint32_t face;
+} wanted_face;
+
+static bool is_same_face(const void *wanted, uint32_t g)
+{
+    const wanted_face *w = wanted;
+    const uint32_t *begin = w->t->edges->face_begin, n = begin[g + 1] - begin[g];
+    return n == begin[w->face + 1] - begin[w->face] &&
+           !memcmp(w->t->corners + begin[g], w->t->corners + begin[w->face], n * sizeof *w->t->corners);
+}
+
 /* Faces that repeat a vertex, and faces with the same corners as an earlier one, in any order. */
 static void count_bad_faces(const topology_task *t)
 {
     const qw_polygon_edges *edges = t->edges;
     if (edges->corner_count) memcpy(t->corners, t->mesh->corners, edges->corner_count * sizeof *t->corners);
-    memset(t->table, 0xff, t->slots * sizeof *t->table);
     for (uint32_t f = 0; f < t->mesh->face_count; f++) {
         uint32_t *c = t->corners + edges->face_begin[f], n = edges->face_begin[f + 1] - edges->face_begin[f];
         if (n <= FEW_CORNERS) sort_few(c, n);
@@ -85,14 +97,8 @@ static void count_bad_faces(const topology_task *t)
             hash = qw_mix(hash ^ c[i]);
         }
         t->topology->degenerate_faces += repeats;
-        size_t slot = hash & (t->slots - 1);
-        for (; t->table[slot] != QW_NONE; slot = (slot + 1) & (t->slots - 1)) {
-            uint32_t g = t->table[slot];
-            if (edges->face_begin[g + 1] - edges->face_begin[g] == n &&
-                !memcmp(t->corners + edges->face_begin[g], c, n * sizeof *c))
-                break;
-        }
-        if (t->table[slot] == QW_NONE) t->table[slot] = f;
+        uint32_t *slot = qw_hash_slot(&t->faces, hash, is_same_face, &(wanted_face){t, f});
+        if (*slot == QW_NONE) *slot = f;
         else t->topology->duplicate_faces++;
     }
 }
@@ -212,15 +218,14 @@ static void measure_topology(qw_env *env, const qw_mesh_view *mesh, const qw_pol
         *(n == 4 ? &topology->quads : n == 3 ? &topology->triangles : &topology->other_polygons) += 1;
     }
     qw_scope_begin(env);
-    topology_task t = {.mesh = mesh, .edges = edges, .topology = topology, .slots = 16};
-    while (t.slots < 2 * (size_t)mesh->face_count) t.slots *= 2;
+    topology_task t = {.mesh = mesh, .edges = edges, .topology = topology};
     t.fan = QW_NEW(env, uint32_t, edges->corner_count);
     t.loop = QW_NEW(env, uint32_t, edges->corner_count);
     t.fans = QW_NEW_ZERO(env, uint8_t, mesh->vertex_count);
     t.seen = QW_NEW_ZERO(env, uint8_t, edges->corner_count);
     t.component = QW_NEW(env, uint32_t, mesh->face_count);
     t.corners = QW_NEW(env, uint32_t, edges->corner_count);
-    t.table = QW_NEW(env, uint32_t, t.slots);
+    t.faces = qw_hash_table_create(env, mesh->face_count);
     t.valences = qw_begin_valences(env, mesh);
     qw_parallel(env, TOPOLOGY_PARTS, 1, count_part, &t);
     qw_scope_end(env);
@@ -404,7 +409,10 @@ static void measure_loops(qw_env *env, const qw_mesh_view *mesh, const qw_polygo
     quality->patch_share = (double)b.patches / b.quads;
     quality->chords = b.chord_count;
     quality->crossing = b.crossing;
-    quality->chord_max = b.length[0] / sqrt((double)b.quads);
+    uint32_t longest = b.length[0];
+    if (b.crossing < b.chord_count && b.length[b.crossing] > longest) longest = b.length[b.crossing];
+    quality->chord_max = longest / sqrt((double)b.quads);
+    quality->simple = qw_simple_share(&b, mesh);
     qw_scope_end(env);
 }
 
@@ -436,6 +444,7 @@ static const qw_quality nothing_measured = {
     .chords = -1,
     .crossing = -1,
     .patch_share = -1,
+    .simple = -1,
     .chord_max = -1,
     .mirror = -1,
 };

@@ -2,26 +2,18 @@
  * which a mark ends: a mark is found again by the places of its ends, as a hash of both. */
 #include "remesh/clean/marks.h"
 
+#include "base/hash.h"
 #include "base/sort.h"
 
 #include <assert.h>
-#include <string.h>
 
-static uint64_t hash_place(qw_vec3 p)
-{
-    float c[3] = {p.x + 0.0f, p.y + 0.0f, p.z + 0.0f}; /* -0 becomes 0 */
-    uint32_t bits[3];
-    uint64_t h = 0;
-    memcpy(bits, c, sizeof bits);
-    for (int i = 0; i < 3; i++) h = (h ^ bits[i]) * 0x9e3779b97f4a7c15u, h ^= h >> 29;
-    return h;
-}
+static uint64_t hash_place(qw_vec3 p) { return qw_hash_place((double[3]){p.x, p.y, p.z}); }
 
 /* The same both ways. */
 static uint64_t hash_edge(qw_vec3 a, qw_vec3 b)
 {
-    uint64_t x = hash_place(a), y = hash_place(b), low = x < y ? x : y, high = x < y ? y : x;
-    return (low * 0xbf58476d1ce4e5b9u) ^ (high + (low >> 31));
+    uint64_t x = hash_place(a), y = hash_place(b);
+    return x < y ? qw_mix(x) ^ y : qw_mix(y) ^ x;
 }
 
 static qw_vec3 place_of(const qw_clean_input *input, const qw_frame *frame, uint32_t v)
@@ -33,13 +25,8 @@ static qw_vec3 place_of(const qw_clean_input *input, const qw_frame *frame, uint
 
 static bool contains(const uint64_t *sorted, size_t count, uint64_t key)
 {
-    size_t low = 0;
-    for (size_t high = count; low < high;) {
-        size_t middle = low + (high - low) / 2;
-        if (sorted[middle] < key) low = middle + 1;
-        else high = middle;
-    }
-    return low < count && sorted[low] == key;
+    size_t at = qw_first_not_below(sorted, count, key);
+    return at < count && sorted[at] == key;
 }
 
 qw_mark_ends qw_find_mark_ends(qw_env *env, const qw_clean_input *input, const qw_frame *frame)

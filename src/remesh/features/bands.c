@@ -133,12 +133,7 @@ static void add_pairs(finder *f)
 static size_t find_band(const finder *f, uint32_t a, uint32_t b)
 {
     uint64_t key = qw_pair_key(a, b);
-    size_t low = 0, high = f->bands;
-    while (low < high) {
-        size_t middle = (low + high) / 2;
-        if (f->band[middle] < key) low = middle + 1;
-        else high = middle;
-    }
+    size_t low = qw_first_not_below(f->band, f->bands, key);
     return low < f->bands && f->band[low] == key ? low : f->bands;
 }
 

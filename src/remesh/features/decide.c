@@ -80,12 +80,7 @@ static company find_company(qw_env *env, const decision *d)
 static float strength_beside(const decision *d, const company *c, uint32_t arc, uint32_t other)
 {
     uint64_t arcs = (uint64_t)arc << 32 | other;
-    size_t low = 0, high = c->count;
-    while (low < high) {
-        size_t middle = (low + high) / 2;
-        if (c->arcs[middle] < arcs) low = middle + 1;
-        else high = middle;
-    }
+    size_t low = qw_first_not_below(c->arcs, c->count, arcs);
     float own = low < c->count && c->arcs[low] == arcs ? c->strength[low] : 0;
     bool is_alone = c->sum[arc] == own; /* without rounding */
     return d->graph.arc[arc].strength + (is_alone ? 0 : c->sum[arc] - own);

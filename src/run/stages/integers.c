@@ -121,8 +121,9 @@ void qw_stage_ORIENTATION(qw_run_state *run)
     qw_env *env = run->env;
     qw_hierarchy *hierarchy = run->hierarchy ? run->hierarchy : qw_build_hierarchy(run);
     const qw_trimesh *mesh = &run->working.mesh;
+    qw_resolution_wish resolution = qw_resolution_of(run);
     float *radius = QW_NEW(env, float, mesh->vertex_count),
-          edges = (float)(CURVATURE_RADIUS * qw_smoothness(run) * qw_working_edges(run));
+          edges = (float)(CURVATURE_RADIUS * qw_smoothness(&resolution) * qw_working_edges(&resolution));
     for (uint32_t v = 0; v < mesh->vertex_count; v++) radius[v] = edges * run->working.target[v] * run->smoothed[v];
     float *turn = qw_diffuse_curvature(env, mesh, &hierarchy->level[0], radius,
                                        qw_has_density(run) ? run->working.target : NULL);
@@ -144,7 +145,9 @@ void qw_stage_SCALE(qw_run_state *run)
 {
     const qw_trimesh *mesh = &run->working.mesh;
     float *size = QW_NEW(run->env, float, mesh->vertex_count);
-    for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] = run->working.target[v] * (float)qw_working_edges(run);
+    qw_resolution_wish resolution = qw_resolution_of(run);
+    float edges = (float)qw_working_edges(&resolution);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] = run->working.target[v] * edges;
     for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] *= (float)run->plan.size_factor;
     run->size = size;
 }

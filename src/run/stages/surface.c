@@ -21,6 +21,7 @@
 #include "remesh/clean/marks.h"
 #include "remesh/features/feature_points.h"
 #include "remesh/features/sharpen.h"
+#include "remesh/sizes/needs.h"
 #include "whole/sizes.h"
 
 #include <math.h>
@@ -276,7 +277,8 @@ static float *half_sizes(const qw_run_state *run, double share)
 void qw_set_holds(qw_run_state *run)
 {
     const qw_trimesh *mesh = &run->working.mesh;
-    float *reach = half_sizes(run, qw_working_edges(run));
+    qw_resolution_wish resolution = qw_resolution_of(run);
+    float *reach = half_sizes(run, qw_working_edges(&resolution));
     for (uint32_t v = 0; v < mesh->vertex_count; v++) reach[v] *= 2 * CORNER_SPAN;
     uint8_t *cut = find_cut(run, mesh);
     bool aligns = run->options.align_boundary != 0 || cut; /* the cut is a boundary */
@@ -292,11 +294,12 @@ void qw_stage_WORKING(qw_run_state *run)
     double faces = qw_faces_wanted(run, &run->options);
     run->faces_wanted = qw_core_faces(run, faces);
     run->rho = qw_edge_wanted(run, run->faces_wanted);
-    run->feature_density = qw_find_feature_density(run);
+    run->feature_density = qw_feature_density_of(run);
     run->report->faces_asked = (int64_t)faces;
     qw_warn_of_least(run);
     qw_advise_wrap(run);
-    double share = qw_working_edges(run);
+    qw_resolution_wish resolution = qw_resolution_of(run);
+    double share = qw_working_edges(&resolution);
     float *base_target, *size = qw_wanted_size(run, run->rho, &base_target, &run->tips);
     bool has_spots = memcmp(size, base_target, run->surface.vertex_count * sizeof *size) != 0;
     for (uint32_t v = 0; v < run->surface.vertex_count; v++) size[v] /= (float)share, base_target[v] /= (float)share;
@@ -314,8 +317,8 @@ void qw_stage_WORKING(qw_run_state *run)
         qw_did(env, QW_MECH_CREASE_NORMALS, mesh->mark != NULL);
     }
     run->smoothed = QW_NEW(env, float, mesh->vertex_count);
-    qw_smooth_normals(env, mesh, run->working.target, (float)(NORMAL_RADIUS * qw_smoothness(run) * share), run->normal,
-                      run->smoothed);
+    qw_smooth_normals(env, mesh, run->working.target, (float)(NORMAL_RADIUS * qw_smoothness(&resolution) * share),
+                      run->normal, run->smoothed);
     run->report->refined_regions = run->plan.refinements;
     run->report->working_vertices = mesh->vertex_count;
     run->report->working_triangles = mesh->face_count;
