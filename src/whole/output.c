@@ -22,7 +22,7 @@ void qw_settle_output(const qw_run_state *run, const qw_clean *clean, const qw_q
 {
     uint32_t moved;
     *flat = qw_settle_written(run->env, quads, decimal_unit(&clean->frame), output, &moved);
-    if (moved) qw_log(run->env, QW_LOG_DEBUG, "%u vertices were drawn apart, as quads had no area", moved);
+    if (moved) qw_log(run->env, QW_LOG_DEBUG, "vertices were pushed %u times, as quads had no area", moved);
 }
 
 double *qw_output_positions(const qw_run_state *run, const qw_clean *clean, const qw_quadmesh *quads, uint32_t *flat)

@@ -63,43 +63,38 @@ static qw_quadmesh pair_to_count(qw_env *env, const qw_trimesh *part, double qua
     return paired;
 }
 
-/* The worst of the quads. edge: their mean edge, by which flipped ones are judged. */
-static qw_flip worst_flip(qw_env *env, const qw_trimesh *part, const qw_quadmesh *q, double edge)
+static bool has_flipped(qw_env *env, const qw_trimesh *part, const qw_quadmesh *q)
 {
-    qw_flip_judge judge = {.surface = part, .tree = qw_bvh_build(env, part), .edge = (float)edge};
-    qw_flip worst = QW_NOT_FLIPPED;
-    for (uint32_t f = 0; f < q->face_count && worst < QW_FLIPPED; f++) {
-        qw_flip flip = qw_flip_of_quad(&judge, q->position, q->corner + 4 * (size_t)f);
-        if (flip > worst) worst = flip;
-    }
-    return worst;
+    float edge = (float)sqrt(qw_trimesh_area(part) / q->face_count);
+    qw_flip_judge judge = {.surface = part, .tree = qw_bvh_build(env, part), .edge = edge};
+    for (uint32_t f = 0; f < q->face_count; f++)
+        if (qw_flip_of_quad(&judge, q->position, q->corner + 4 * (size_t)f) == QW_FLIPPED) return true;
+    return false;
 }
 
-/* The worst of the quads, or QW_FLIPPED where they have not the topology of the part. */
-static qw_flip judge_part(qw_env *env, const qw_trimesh *part, const qw_quadmesh *q, double most_edge)
+/* Whether the quads have the topology of the part and none is flipped. */
+static bool is_sound(qw_env *env, const qw_trimesh *part, const qw_quadmesh *q)
 {
-    if (q->face_count == 0) return QW_FLIPPED;
+    if (q->face_count == 0) return false;
     qw_census wanted = qw_trimesh_census(env, part);
     qw_quad_census census = qw_quadmesh_census(env, q);
-    double edge = fmin(sqrt(qw_trimesh_area(part) / q->face_count), most_edge);
-    bool is_sound = census.double_edges == 0 && census.degenerate_faces == 0 && census.components == 1 &&
-                    census.boundary_loops == wanted.boundary_loops && census.euler == wanted.euler;
-    return is_sound ? worst_flip(env, part, q, edge) : QW_FLIPPED;
+    return census.double_edges == 0 && census.degenerate_faces == 0 && census.components == 1 &&
+           census.boundary_loops == wanted.boundary_loops && census.euler == wanted.euler && !has_flipped(env, part, q);
 }
 
-void qw_make_part(qw_env *env, const qw_trimesh *part, double quads, double most_edge, qw_flip enough,
-                  qw_quadmesh made[QW_FLIPPED])
+/* One component, given as a surface of its own, with about so many quads: thinned out at any price, without loss of
+   shape, or not at all, the first of these that is sound and has no flipped quad. No faces: none is. */
+static qw_quadmesh make_part(qw_env *env, const qw_trimesh *part, double quads)
 {
     bool is_ball = qw_trimesh_census(env, part).euler == 2;
     qw_quadmesh paired = pair_to_count(env, part, quads);
     int64_t most = (int64_t)fmax(qw_floor(quads), is_ball ? QW_LEAST_SHELL : QW_LEAST_OPEN);
-    for (int k = 0; k < QW_FLIPPED; k++) made[k] = (qw_quadmesh){0};
-    for (int way = 0; way < 3 && made[enough].face_count == 0; way++) {
+    for (int way = 0; way < 3; way++) {
         qw_simplify_counts moves = {0};
         qw_quadmesh one = way == 2 ? paired : qw_simplify_quads(env, &paired, NULL, most, most, way == 1, &moves);
-        for (qw_flip worst = judge_part(env, part, &one, most_edge); worst < QW_FLIPPED; worst++)
-            if (made[worst].face_count == 0) made[worst] = one;
+        if (is_sound(env, part, &one)) return one;
     }
+    return (qw_quadmesh){0};
 }
 
 /* All of them, one behind the other. */
@@ -127,9 +122,7 @@ qw_quadmesh qw_make_thin(qw_env *env, const qw_trimesh *mesh, const qw_census *c
         if (!thin[c]) continue;
         qw_break_silence(env);
         qw_trimesh surface = qw_take_part(env, &parts, c);
-        qw_quadmesh made[QW_FLIPPED];
-        qw_make_part(env, &surface, quads[c], INFINITY, QW_DOUBTFUL, made);
-        part[count] = made[QW_DOUBTFUL];
+        part[count] = make_part(env, &surface, quads[c]);
         if (part[count].face_count == 0) continue;
         if (part[count].face_count > fmax(quads[c], QW_LEAST_SHELL)) continue; /* fields make it, and count */
         for (uint32_t v = 0; v < part[count].vertex_count; v++)

@@ -4,7 +4,6 @@
 #ifndef QW_WHOLE_THIN_H
 #define QW_WHOLE_THIN_H
 
-#include "geometry/flips.h"
 #include "geometry/quadmesh.h"
 #include "geometry/trimesh.h"
 
@@ -13,12 +12,5 @@
    their numbers in the census. In the current scope. */
 qw_quadmesh qw_make_thin(qw_env *env, const qw_trimesh *mesh, const qw_census *census, const uint8_t *thin,
                          const double *quads);
-
-/* One component, given as a surface of its own, with about so many quads: thinned out at any price, without loss of
-   shape, or not at all, the first of these that is sound. most_edge: flipped quads are judged by no longer a mean edge
-   than this. made: where no quad is worse than QW_NOT_FLIPPED, QW_DOUBTFUL; no faces: none is sound. Ends where there
-   is one that is good `enough`. In the current scope; both may be the same. */
-void qw_make_part(qw_env *env, const qw_trimesh *part, double quads, double most_edge, qw_flip enough,
-                  qw_quadmesh made[QW_FLIPPED]);
 
 #endif

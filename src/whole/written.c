@@ -10,10 +10,6 @@
 static const double ROOM = 256;
 /* A coordinate of more units than this has no binary digits below the unit: there is nothing to round off. */
 static const double MOST_WHOLE = 1e15;
-/* A vertex is drawn by this share of the way to the mean of its neighbours at first, and by twice as much after every
-   ROUNDS_A_STEP rounds. */
-static const double FIRST_STEP = 1.0 / 1024;
-enum { ROUNDS = 40, ROUNDS_A_STEP = 5 };
 /* A vertex is pushed by these shares of the longest side of a quad around it: the first, the last, and the factor
    between two. */
 static const double FIRST_PUSH = 1.0 / (1ll << 40), LAST_PUSH = 1.0 / (1 << 10), PUSH_GROWTH = 8;
@@ -109,43 +105,6 @@ static void round_positions(const settling *s, const uint8_t *kept)
             s->position[3 * (size_t)v + k] = rounded(s->position[3 * (size_t)v + k], s->unit);
 }
 
-static void add_to_mean(double *mean, int *count, const double *p)
-{
-    double share = 1.0 / ++*count; /* the mean is updated, as a sum could overflow */
-    for (int k = 0; k < 3; k++) mean[k] = (1 - share) * mean[k] + share * p[k];
-}
-
-/* The mean of the neighbours of v, or of its neighbours along the boundary if it lies there. */
-static void mean_around(const qw_quadmesh *m, const double *position, uint32_t first, double *mean)
-{
-    assert(first < 4 * m->face_count);
-    bool open = m->twin[first] == QW_NONE;
-    int count = 0;
-    memset(mean, 0, 3 * sizeof *mean);
-    for (uint32_t h = first;;) {
-        uint32_t back = qw_quad_prev(h);
-        if (!open || h == first) add_to_mean(mean, &count, position + 3 * (size_t)m->corner[qw_quad_next(h)]);
-        if (m->twin[back] == QW_NONE) add_to_mean(mean, &count, position + 3 * (size_t)m->corner[back]);
-        h = m->twin[back];
-        if (h == QW_NONE || h == first) return;
-    }
-}
-
-/* Draws all listed vertices towards the means of their neighbours. All means are of the positions before, so that
-   vertices at one position part. */
-static void draw_apart(qw_env *env, const settling *s, const uint32_t *out, const uint32_t *list, uint32_t count,
-                       double step)
-{
-    double *to = QW_NEW(env, double, 3 * (size_t)count);
-    for (uint32_t i = 0; i < count; i++) mean_around(s->quads, s->position, out[list[i]], to + 3 * (size_t)i);
-    for (uint32_t i = 0; i < count; i++)
-        for (size_t k = 0; k < 3; k++) {
-            double *p = &s->position[3 * (size_t)list[i] + k];
-            *p += step * (to[3 * (size_t)i + k] - *p);
-        }
-    qw_free(env, to);
-}
-
 static uint32_t first_flagged(const settling *s)
 {
     const uint8_t *at = memchr(s->flag, 1, s->quads->face_count);
@@ -189,41 +148,21 @@ static void push_vertex(settling *s, uint32_t v, uint32_t first, double share)
     memcpy(p, best, sizeof best);
 }
 
-/* For what drawing does not part: vertices at one position whose neighbours are at one position, and quads between
-   vertices on one line. Pushes one vertex after another, by steps too small to be seen. */
-static void push_apart(settling *s, const uint32_t *out)
+/* Pushes the corners of degenerate quads one after another, by steps too small to be seen, and longer ones as long as
+   there are such quads. Returns how often. */
+static uint32_t push_apart(settling *s, const uint32_t *out)
 {
     const qw_quadmesh *m = s->quads;
+    uint32_t count = 0;
     for (double share = FIRST_PUSH; share <= LAST_PUSH && first_flagged(s) != QW_NONE; share *= PUSH_GROWTH)
         for (uint32_t f = 0; f < m->face_count; f++) {
             const uint32_t *c = m->corner + 4 * (size_t)f;
             if (!s->flag[f]) continue;
             for (int i = 0; i < 4 && qw_is_degenerate(c, s->position); i++)
-                if (out[c[i]] != QW_NONE) push_vertex(s, c[i], out[c[i]], share);
+                if (out[c[i]] != QW_NONE) push_vertex(s, c[i], out[c[i]], share), count++;
             s->flag[f] = qw_is_degenerate(c, s->position);
         }
-}
-
-/* Rounds over the corners of degenerate quads until there are none. */
-static uint32_t separate(qw_env *env, settling *s, uint32_t *moved)
-{
-    const qw_quadmesh *m = s->quads;
-    uint32_t *out = qw_quadmesh_outgoing(env, m), *list = QW_NEW(env, uint32_t, m->vertex_count), count = 0;
-    uint8_t *marked = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
-    double step = FIRST_STEP;
-    for (int round = 0; round < ROUNDS && first_flagged(s) != QW_NONE; round++) {
-        mark_corners(s, marked);
-        count = 0;
-        for (uint32_t v = 0; v < m->vertex_count; v++)
-            if (marked[v] && out[v] != QW_NONE) list[count++] = v;
-        if (round > 0 && round % ROUNDS_A_STEP == 0) step *= 2;
-        draw_apart(env, s, out, list, count, step);
-        qw_parallel(env, m->face_count, QW_GRAIN_LIGHT, flag_degenerate, s);
-    }
-    *moved = count;
-    if (first_flagged(s) != QW_NONE && qw_uses(env, QW_MECH_PUSHED_APART))
-        push_apart(s, out), qw_acted(env, QW_MECH_PUSHED_APART, 1);
-    return first_flagged(s);
+    return count;
 }
 
 /* Rounds all positions but for those where that would make a quad degenerate. */
@@ -251,10 +190,9 @@ uint32_t qw_settle_written(qw_env *env, const qw_quadmesh *quads, double unit, d
     *moved = 0;
     if (unit > 0) round_all(env, &s);
     qw_parallel(env, quads->face_count, QW_GRAIN_LIGHT, flag_degenerate, &s);
+    if (first_flagged(&s) != QW_NONE && qw_uses(env, QW_MECH_PUSHED_APART))
+        *moved = push_apart(&s, qw_quadmesh_outgoing(env, quads)), qw_did(env, QW_MECH_PUSHED_APART, *moved);
     uint32_t left = first_flagged(&s);
-    if (left != QW_NONE && qw_uses(env, QW_MECH_DRAWN_APART))
-        left = separate(env, &s, moved), qw_acted(env, QW_MECH_DRAWN_APART, 1),
-        qw_kept(env, QW_MECH_DRAWN_APART, left == QW_NONE);
     qw_scope_end(env);
     return left;
 }

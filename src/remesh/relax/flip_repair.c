@@ -1,6 +1,6 @@
 /* Each step of the table goes over the quads that it is for, by number. It takes the patch around a quad, in ever more
  * rings, tries to place its vertices better, and keeps what has fewer faults. The steps of the last resort do so after
- * each legal move near by as well, then after each second move upon the best of those.
+ * each legal move near by as well.
  */
 #include "remesh/relax/flip_repair.h"
 
@@ -14,12 +14,10 @@
 #include <string.h>
 
 enum {
-    MOST_DEPTH = 2,    /* moves of a trial */
-    BEAM = 12,         /* trials after which a second move is tried: the best ones */
+    MOST_CHANGED = 10, /* vertices at a quad and a move */
     MOST_MOVES = 512,  /* moves listed around a quad */
     MOST_FAILURES = 8, /* a step of the last resort ends in a component after so many failures in a row: an input that
                           contradicts itself has thousands of flipped quads */
-    ANY = INT32_MAX,   /* any number of inverted corners */
     GRAIN = 64,
     SEARCHED = 256 /* quads that are looked at side by side until one is found flipped */
 };
@@ -36,93 +34,34 @@ typedef enum remedy_for { FOR_CORNERS, FOR_DOUBTFUL, FOR_FLIPPED } remedy_for;
 
 /* One step of repair. applies: to which quads, those with an inverted corner and all worse ones, doubtful ones and
    flipped ones, or flipped ones alone. rings: of the first patch, and of the largest that is tried while the quad has
-   faults. depth: moves that are made before vertices are placed, at most. corners: how many more corners may be
-   inverted for each flipped quad that is repaired; unless it is ANY, one more quad may be in doubt. least_area: share
-   of the patch's area that must be left. budget: in steps (qw_repair_site), at least and for each quad of the mesh. */
+   faults. moves: one is made before vertices are placed. least_area: share of the patch's area that must be left.
+   budget: in steps (qw_repair_site), at least and for each quad of the mesh. */
 typedef struct remedy {
     qw_mechanism mechanism;
     const char *name;
     bool last_resort;
     remedy_for applies;
-    uint8_t rings[2], depth;
+    uint8_t rings[2];
+    bool moves;
     qw_placing placing;
     qw_freedom freedom;
-    int32_t corners;
     float least_area;
     uint32_t budget[2];
 } remedy;
 
+#define REMEDY(name, ...)                  \
+    {                                      \
+        QW_MECH_##name, #name, __VA_ARGS__ \
+    }
 static const remedy table[] = {
-    {QW_MECH_MEMBRANE, "membrane", false, FOR_FLIPPED, {1, 3}, 0, QW_MEMBRANE, QW_ON_CURVES, ANY, 0.4f, {6000, 4}},
-    {QW_MECH_MEMBRANE_DOUBT,
-     "membrane, in doubt",
-     false,
-     FOR_DOUBTFUL,
-     {1, 3},
-     0,
-     QW_MEMBRANE,
-     QW_ON_CURVES,
-     ANY,
-     0.85f,
-     {6000, 4}},
-    {QW_MECH_SEARCH, "search", false, FOR_CORNERS, {1, 2}, 0, QW_SEARCH, QW_ON_CURVES, ANY, 0, {6000, 4}},
-    {QW_MECH_MEMBRANE_SEARCH,
-     "membrane and search",
-     false,
-     FOR_DOUBTFUL,
-     {1, 3},
-     0,
-     QW_MEMBRANE_SEARCH,
-     QW_ON_CURVES,
-     ANY,
-     0,
-     {6000, 4}},
-    {QW_MECH_MEMBRANE_SLIDE,
-     "membrane, corners slide",
-     false,
-     FOR_FLIPPED,
-     {1, 3},
-     0,
-     QW_MEMBRANE,
-     QW_CORNERS_SLIDE,
-     ANY,
-     0.4f,
-     {6000, 4}},
-    {QW_MECH_SEARCH_SLIDE,
-     "search, corners slide",
-     false,
-     FOR_CORNERS,
-     {1, 2},
-     0,
-     QW_SEARCH,
-     QW_CORNERS_SLIDE,
-     ANY,
-     0,
-     {6000, 4}},
-    {QW_MECH_OFF_CURVES,
-     "off the curves",
-     true,
-     FOR_FLIPPED,
-     {2, 2},
-     0,
-     QW_SEARCH_BOTH,
-     QW_OFF_CURVES,
-     0,
-     0,
-     {15000, 5}},
-    {QW_MECH_ONE_MOVE, "one move", true, FOR_FLIPPED, {2, 2}, 1, QW_SEARCH_BOTH, QW_OFF_CURVES, 0, 0, {15000, 15}},
-    {QW_MECH_TWO_MOVES, "two moves", true, FOR_FLIPPED, {2, 2}, 2, QW_SEARCH_BOTH, QW_OFF_CURVES, 0, 0, {15000, 15}},
-    {QW_MECH_CORNERS_GIVE_WAY,
-     "one move, corners give way",
-     true,
-     FOR_FLIPPED,
-     {2, 2},
-     1,
-     QW_SEARCH_BOTH,
-     QW_OFF_CURVES,
-     4,
-     0,
-     {15000, 15}},
+    REMEDY(MEMBRANE, false, FOR_FLIPPED, {1, 3}, false, QW_MEMBRANE, QW_ON_CURVES, 0.4f, {6000, 4}),
+    REMEDY(MEMBRANE_DOUBT, false, FOR_DOUBTFUL, {1, 3}, false, QW_MEMBRANE, QW_ON_CURVES, 0.85f, {6000, 4}),
+    REMEDY(SEARCH, false, FOR_CORNERS, {1, 2}, false, QW_SEARCH, QW_ON_CURVES, 0, {6000, 4}),
+    REMEDY(MEMBRANE_SEARCH, false, FOR_DOUBTFUL, {1, 3}, false, QW_MEMBRANE_SEARCH, QW_ON_CURVES, 0, {6000, 4}),
+    REMEDY(MEMBRANE_SLIDE, false, FOR_FLIPPED, {1, 3}, false, QW_MEMBRANE, QW_CORNERS_SLIDE, 0.4f, {6000, 4}),
+    REMEDY(SEARCH_SLIDE, false, FOR_CORNERS, {1, 2}, false, QW_SEARCH, QW_CORNERS_SLIDE, 0, {6000, 4}),
+    REMEDY(OFF_CURVES, true, FOR_FLIPPED, {2, 2}, false, QW_SEARCH_BOTH, QW_OFF_CURVES, 0, {15000, 5}),
+    REMEDY(ONE_MOVE, true, FOR_FLIPPED, {2, 2}, true, QW_SEARCH_BOTH, QW_OFF_CURVES, 0, {15000, 15}),
 };
 enum { REMEDIES = sizeof table / sizeof *table, PASSES = 2 };
 
@@ -144,17 +83,18 @@ static bool applies(const remedy *r, qw_faults known)
 /* ---- trials */
 
 typedef struct trial {
-    qw_quad_move move[MOST_DEPTH];
-    uint32_t length;
+    qw_quad_move move;
+    bool moves;
     qw_faults change; /* of the mesh's faults */
     bool clean;       /* nothing in the patch is flipped */
 } trial;
 
-static bool is_gain(const trial *t, int32_t corners)
+/* The last resort may leave no more corners inverted, and one more quad in doubt for each that is repaired. */
+static bool is_gain(const trial *t, const remedy *r)
 {
     int32_t fewer = -t->change.flipped, lesser = qw_lesser_faults(t->change);
     if (fewer <= 0) return fewer == 0 && lesser < 0;
-    return corners == ANY || (t->change.doubtful <= fewer && t->change.inverted <= corners * fewer);
+    return !r->last_resort || (t->change.doubtful <= fewer && t->change.inverted <= 0);
 }
 
 static bool is_gone(const qw_quad_edit *e, uint32_t v)
@@ -181,21 +121,16 @@ static bool make_move(engine *g, qw_quad_move move)
     return move.kind == QW_COLLAPSE && qw_make_quad_move(&g->site.e, move, false);
 }
 
-/* Makes the moves of a trial; returns false, and undoes them, where one is not legal. changed: the vertices at the
-   moves and at quad f. */
-static bool make_moves(engine *g, trial *t, uint32_t f, uint32_t changed[6 * MOST_DEPTH + 4], uint32_t *count)
+/* Makes the move of a trial, if it has one; returns false where it is not legal. changed: the vertices at the move and
+   at quad f. */
+static bool make_move_of(engine *g, trial *t, uint32_t f, uint32_t changed[MOST_CHANGED], uint32_t *count)
 {
-    size_t writes = g->site.e.writes;
     memcpy(changed, g->site.e.mesh.corner + 4 * (size_t)f, 4 * sizeof *changed);
     *count = 4;
-    for (uint32_t i = 0; i < t->length; i++) {
-        *count += qw_changed_by_move(&g->site.e.mesh, t->move[i], changed + *count);
-        if (!make_move(g, t->move[i])) {
-            qw_quad_edit_undo(&g->site.e, writes);
-            return false;
-        }
-        if (t->move[i].kind == QW_COLLAPSE) qw_add_faults(&t->change, g->known[t->move[i].half / 4], -1);
-    }
+    if (!t->moves) return true;
+    *count += qw_changed_by_move(&g->site.e.mesh, t->move, changed + *count);
+    if (!make_move(g, t->move)) return false;
+    if (t->move.kind == QW_COLLAPSE) qw_add_faults(&t->change, g->known[t->move.half / 4], -1);
     return true;
 }
 
@@ -217,18 +152,18 @@ static qw_faults faults_as_taken(engine *g, const qw_patch *p, const uint32_t *c
     return sum;
 }
 
-/* Makes the moves, and finds positions for the patch around them and around quad f. The moves stay made; false where
-   one is not legal. */
+/* Makes the move, and finds positions for the patch around it and around quad f. The move stays made; false where it is
+   not legal. */
 static bool make_trial(engine *g, uint32_t f, const remedy *r, uint32_t rings, trial *t)
 {
-    assert(f < g->site.e.mesh.face_count && t->length <= MOST_DEPTH);
-    uint32_t changed[6 * MOST_DEPTH + 4], count, seeds[QW_PATCH_SEEDS], n = 0;
+    assert(f < g->site.e.mesh.face_count);
+    uint32_t changed[MOST_CHANGED], count, seeds[QW_PATCH_SEEDS], n = 0;
     qw_patch *p = g->patch;
     t->change = (qw_faults){0, 0, 0};
-    if (!make_moves(g, t, f, changed, &count)) return false;
+    if (!make_move_of(g, t, f, changed, &count)) return false;
     for (uint32_t i = 0; i < count; i++) add_seed(&g->site.e, seeds, &n, changed[i]);
     qw_patch_take(&g->site, p, seeds, n, rings, r->freedom);
-    p->least_area = r->least_area, p->faults = faults_as_taken(g, p, changed, t->length > 0 ? count : 0);
+    p->least_area = r->least_area, p->faults = faults_as_taken(g, p, changed, t->moves ? count : 0);
     qw_patch_place(&g->site, p, r->placing);
     qw_add_faults(&t->change, p->faults, 1);
     for (uint32_t i = 0; i < p->quads.face_count; i++) qw_add_faults(&t->change, g->known[p->face[i]], -1);
@@ -273,50 +208,19 @@ static void add_moves(const qw_quad_edit *e, uint32_t v, qw_quad_move *list, uin
     }
 }
 
-/* All moves at the corners of f, and at those that `after` changes once it is made. */
-static uint32_t list_moves(engine *g, uint32_t f, const trial *after, qw_quad_move list[MOST_MOVES])
+/* Tries each move at the corners of f; writes the best trial of all into `best`. */
+static void try_moves(engine *g, uint32_t f, const remedy *r, trial *best)
 {
-    size_t writes = g->site.e.writes;
-    uint32_t n = 0, changed[6 * MOST_DEPTH + 4], count = 0;
-    trial t = *after;
-    if (!make_moves(g, &t, f, changed, &count)) return 0;
-    for (uint32_t i = 0; i < count; i++) add_moves(&g->site.e, changed[i], list, &n);
-    qw_quad_edit_undo(&g->site.e, writes);
-    return n;
-}
-
-/* Adds a trial to the beam, which holds the BEAM best, sorted. */
-static void enter(trial *beam, uint32_t *n, const trial *t)
-{
-    assert(*n <= BEAM);
-    uint32_t at = *n;
-    while (at > 0 && qw_fewer_faults(t->change, beam[at - 1].change)) at--;
-    if (at == BEAM) return;
-    if (*n < BEAM) (*n)++;
-    for (uint32_t i = *n - 1; i > at; i--) beam[i] = beam[i - 1];
-    beam[at] = *t;
-}
-
-/* Tries each move after each trial of `from`; writes the best of all into `best` and the best few into `next`.
-   Returns how many those are. */
-static uint32_t go_deeper(engine *g, uint32_t f, const remedy *r, const trial *from, uint32_t from_count, trial *best,
-                          trial *next)
-{
-    uint32_t next_count = 0;
-    for (uint32_t i = 0; i < from_count; i++) {
-        qw_quad_move list[MOST_MOVES];
-        uint32_t n = list_moves(g, f, &from[i], list);
-        for (uint32_t k = 0; k < n; k++) {
-            if (best->clean && is_gain(best, 0)) return next_count;
-            trial t = from[i];
-            t.move[t.length++] = list[k];
-            if (!try_trial(g, f, r, r->rings[0], &t)) continue;
-            enter(next, &next_count, &t);
-            bool gains = is_gain(&t, r->corners), gained = is_gain(best, r->corners);
-            if (gains > gained || (gains == gained && qw_fewer_faults(t.change, best->change))) *best = t;
-        }
+    qw_quad_move list[MOST_MOVES];
+    uint32_t n = 0, corner[4];
+    memcpy(corner, g->site.e.mesh.corner + 4 * (size_t)f, sizeof corner);
+    for (uint32_t i = 0; i < 4; i++) add_moves(&g->site.e, corner[i], list, &n);
+    for (uint32_t k = 0; k < n && !(best->clean && is_gain(best, r)); k++) {
+        trial t = {.move = list[k], .moves = true};
+        if (!try_trial(g, f, r, r->rings[0], &t)) continue;
+        bool gains = is_gain(&t, r), gained = is_gain(best, r);
+        if (gains > gained || (gains == gained && qw_fewer_faults(t.change, best->change))) *best = t;
     }
-    return next_count;
 }
 
 /* ---- one quad */
@@ -325,15 +229,11 @@ static uint32_t go_deeper(engine *g, uint32_t f, const remedy *r, const trial *f
 static bool repair_at(engine *g, uint32_t f, const remedy *r, uint32_t rings)
 {
     assert(f < g->site.e.mesh.face_count);
-    trial best = {.length = 0}, from[BEAM] = {{.length = 0}}, next[BEAM];
-    uint32_t count = 1;
+    trial best = {.moves = false};
     if (!try_trial(g, f, r, rings, &best)) return false;
-    for (uint32_t depth = 0; depth < r->depth && !is_gain(&best, r->corners); depth++) {
-        count = go_deeper(g, f, r, from, count, &best, next);
-        memcpy(from, next, count * sizeof *next);
-    }
-    if (!is_gain(&best, r->corners) || (best.length > 0 && !make_trial(g, f, r, rings, &best))) return false;
-    if (!is_gain(&best, r->corners)) { /* the budget ended meanwhile */
+    if (r->moves && !is_gain(&best, r)) try_moves(g, f, r, &best);
+    if (!is_gain(&best, r) || (best.moves && !make_trial(g, f, r, rings, &best))) return false;
+    if (!is_gain(&best, r)) { /* the budget ended meanwhile */
         qw_quad_edit_undo(&g->site.e, 0);
         return false;
     }

@@ -8,7 +8,7 @@
 #include "geometry/quad_edit.h"
 #include "remesh/relax/relax_curves.h"
 
-enum { QW_PATCH_FACES = 256, QW_PATCH_SEEDS = 16, QW_PATCH_VERTICES = 4 * QW_PATCH_FACES + QW_PATCH_SEEDS };
+enum { QW_PATCH_FACES = 256, QW_PATCH_SEEDS = 10, QW_PATCH_VERTICES = 4 * QW_PATCH_FACES + QW_PATCH_SEEDS };
 
 /* What is wrong with quads: how many are flipped, how many may be (geometry/flips.h), how many corners are inverted. */
 typedef struct qw_faults {

@@ -2,7 +2,6 @@
    of small components, collars to the rims that stay, the reflection about the plane of symmetry, and the polygons that
    were left out are joined, in the coordinates of the input. */
 #include "whole/mirror.h"
-#include "base/mechanisms.h"
 #include "whole/output.h"
 #include "whole/kept_rims.h"
 #include "whole/small.h"
@@ -53,18 +52,9 @@ static uint32_t join_all(qw_run_state *run, const qw_quadmesh *core)
     return flat == QW_NONE ? qw_put_rims(run, &run->finished, run->output) : flat;
 }
 
-/* Where relaxation is off, quads may have no area; if moving single vertices apart does not cure that, all quads are
-   relaxed all the same. */
 static void write_positions(qw_run_state *run)
 {
     uint32_t flat = join_all(run, &run->fitted);
-    if (flat != QW_NONE && run->options.repair && !run->options.relax && qw_uses(run->env, QW_MECH_RELAXED_ANYHOW)) {
-        qw_did(run->env, QW_MECH_RELAXED_ANYHOW, 1);
-        uint8_t *flipped;
-        qw_warn(run, "quads had no area as they were: all were relaxed, though that was not asked for");
-        run->fitted = qw_relax(run, &run->fitted, NULL, &flipped);
-        flat = join_all(run, &run->fitted);
-    }
     if (flat != QW_NONE && run->mirror.is_used) run->sides_meet = 0;
     else if (flat != QW_NONE && run->options.repair)
         qw_fail(run->env, QW_INTERNAL, flat,
