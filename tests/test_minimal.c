@@ -1,5 +1,5 @@
 /* Components made straight from their triangles: topology, orientation, and when they are left to the fields. */
-#include "remesh/quads/minimal.h"
+#include "remesh/quads/straight.h"
 #include "quadwright/quadwright.h"
 
 #include <setjmp.h>
@@ -28,60 +28,40 @@ static qw_trimesh surface_of(qw_env *env, const shape *s)
     return m;
 }
 
-/* n of a shape in a row, and one of twice the size before them. */
-static shape row_of(shape (*make)(int k), int k, int n)
+/* How many quads a shape gets, where these are to be the fewest; checks what is made. */
+static uint32_t fewest_of(shape s)
 {
-    shape all = torture_stretched(make(k), 2, 2, 2);
-    for (int i = 0; i < n; i++) all = torture_joined(all, torture_moved(make(k), 5 + 3 * i, 0, 0), false);
-    return all;
-}
-
-/* How many components are made, where so many are there besides the largest; checks what is made. */
-static uint32_t count_made(shape (*make)(int k), int k, double edge)
-{
-    enum { COPIES = 5 };
     qw_env *env = qw_env_create(NULL, 1);
     qw_scope_begin(env);
-    shape s = row_of(make, k, COPIES);
     qw_trimesh m = surface_of(env, &s);
     qw_census census = qw_trimesh_census(env, &m);
-    qw_minimal minimal = qw_make_minimal(env, &m, &census, edge, 1);
-    uint32_t count = minimal.count;
-    assert_int_equal(minimal.made[0], 0); /* the largest */
-    if (count > 0) {
-        const qw_quadmesh *q = &minimal.quads;
-        qw_quadmesh_validate(env, q);
-        qw_quad_census made = qw_quadmesh_census(env, q);
-        bool open = census.boundary_loops > 0;
-        assert_int_equal(made.components, count);
-        assert_int_equal(made.boundary_loops, open ? count : 0);
-        assert_int_equal(made.euler, open ? count : 2 * count);
-        assert_int_equal(made.degenerate_faces + made.double_edges, 0);
-        assert_int_equal(made.faces, count * (open ? QW_MINIMAL_OPEN : QW_MINIMAL_CLOSED));
+    const qw_straight plan = {1, 1, INFINITY, QW_NOT_FLIPPED, true};
+    qw_flip worst;
+    qw_quadmesh q = qw_make_straight(env, &m, &plan, &worst);
+    if (q.face_count > 0) {
+        qw_quadmesh_validate(env, &q);
+        qw_quad_census made = qw_quadmesh_census(env, &q);
+        assert_true(made.components == 1 && made.boundary_loops == census.boundary_loops);
+        assert_true(made.euler == census.euler && made.degenerate_faces + made.double_edges == 0);
+        assert_int_equal(worst, QW_NOT_FLIPPED);
     }
     shape_free(&s);
     qw_scope_end(env);
     qw_env_destroy(env);
-    return count;
+    return q.face_count;
 }
 
 static void makes_discs_and_spheres(void **state)
 {
     (void)state;
-    assert_int_equal(count_made(shape_cube, 1, 2), 5);
-    assert_int_equal(count_made(shape_cube, 3, 2), 5);
-    assert_int_equal(count_made(shape_sphere, 4, 3), 5);
-    assert_int_equal(count_made(shape_tetrahedron, 1, 3), 5);
-    assert_int_equal(count_made(shape_one_triangle, 1, 9), 5);
-    assert_int_equal(count_made(shape_disc, 4, 9), 5);
-}
-
-static void leaves_others(void **state)
-{
-    (void)state;
-    assert_int_equal(count_made(shape_torus, 4, 100), 0);
-    assert_int_equal(count_made(shape_annulus, 4, 100), 0);
-    assert_int_equal(count_made(shape_cube, 1, 0.5), 0); /* more than six quads are its due */
+    assert_int_equal(fewest_of(shape_cube(1)), 6);
+    assert_int_equal(fewest_of(shape_cube(3)), 6);
+    assert_int_equal(fewest_of(shape_sphere(4)), 6);
+    assert_int_equal(fewest_of(shape_tetrahedron(1)), 6);
+    assert_int_equal(fewest_of(shape_one_triangle(1)), 1);
+    assert_int_equal(fewest_of(shape_disc(4)), 1);
+    assert_int_equal(fewest_of(shape_torus(4)), 0);
+    assert_int_equal(fewest_of(shape_annulus(4)), 0);
 }
 
 /* The quads of a cube are its sides, facing out; of one that is inside out they face in. */
@@ -91,18 +71,19 @@ static void keeps_the_side(void **state)
     for (int turned = 0; turned < 2; turned++) {
         qw_env *env = qw_env_create(NULL, 1);
         qw_scope_begin(env);
-        shape s = torture_joined(torture_stretched(shape_cube(1), 2, 2, 2), torture_moved(shape_cube(1), 9, 0, 0),
-                                 turned);
+        shape s = shape_cube(1);
         qw_trimesh m = surface_of(env, &s);
-        qw_census census = qw_trimesh_census(env, &m);
-        qw_minimal minimal = qw_make_minimal(env, &m, &census, 2, 1);
-        assert_int_equal(minimal.count, 1);
+        for (uint32_t f = 0; f < m.face_count && turned; f++) {
+            uint32_t *c = m.corner + 3 * (size_t)f, first = c[0];
+            c[0] = c[1], c[1] = first;
+        }
+        qw_trimesh_link(env, &m);
+        qw_flip worst;
+        qw_quadmesh q = qw_make_straight(env, &m, &(qw_straight){1, 1, INFINITY, QW_NOT_FLIPPED, true}, &worst);
+        assert_int_equal(q.face_count, 6);
         for (uint32_t f = 0; f < 6; f++) {
-            qw_vec3 out = {0, 0, 0}, n = qw_quad_normal(&minimal.quads, f);
-            for (int i = 0; i < 4; i++)
-                out = qw_madd(out, 0.25f, minimal.quads.position[minimal.quads.corner[4 * f + (uint32_t)i]]);
-            out = qw_sub(out, qw_v3(9.5f, 0.5f, 0.5f));
-            assert_true(fabsf(qw_dot(out, n) - (turned ? -0.5f : 0.5f)) < 1e-3f);
+            qw_vec3 out = qw_sub(qw_quad_middle(q.position, q.corner + 4 * (size_t)f), qw_v3(0.5f, 0.5f, 0.5f));
+            assert_true(fabsf(qw_dot(out, qw_quad_normal(&q, f)) - (turned ? -0.5f : 0.5f)) < 1e-3f);
         }
         shape_free(&s);
         qw_scope_end(env);
@@ -140,7 +121,6 @@ QW_TEST_SUITE(minimal)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(makes_discs_and_spheres),
-        cmocka_unit_test(leaves_others),
         cmocka_unit_test(keeps_the_side),
         cmocka_unit_test(takes_the_burden_from_the_stages),
     };

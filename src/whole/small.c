@@ -1,12 +1,12 @@
 #include "whole/small.h"
 
-#include "base/mechanisms.h"
 #include "whole/kept_rims.h"
 
 #include "base/elementary.h"
+#include "base/mechanisms.h"
 #include "remesh/quads/quad_components.h"
-#include "whole/thin.h"
-#include "remesh/quads/minimal.h"
+#include "geometry/parts.h"
+#include "remesh/quads/straight.h"
 #include "remesh/sizes/needs.h"
 #include "whole/sizes.h"
 
@@ -15,6 +15,8 @@
 
 /* A surface of fewer components goes through all stages with every one of them. */
 enum { LEAST_APART = 256 };
+/* One with a boundary whose area is below that of so many quads gets one. */
+static const double SHARE_OPEN = 1.5;
 /* The report says so where there are more quads than this share of those asked for. */
 static const double MOST_OVER = 1.02;
 
@@ -57,25 +59,13 @@ static qw_trimesh pick_rest(qw_env *env, const qw_trimesh *mesh, const uint32_t 
     return r;
 }
 
-/* With arrays, as a dump has them. */
-static qw_quadmesh no_quads(qw_env *env)
+/* Takes the components that were made off the surface. made: uint8_t[components]. */
+static void set_small_aside(qw_run_state *run, const uint8_t *made, qw_quadmesh quads)
 {
-    return (qw_quadmesh){.position = QW_NEW(env, qw_vec3, 0),
-                         .kind = QW_NEW(env, uint8_t, 0),
-                         .component = QW_NEW(env, uint32_t, 0),
-                         .corner = QW_NEW(env, uint32_t, 0),
-                         .twin = QW_NEW(env, uint32_t, 0),
-                         .mark = QW_NEW(env, uint8_t, 0)};
-}
-
-/* Takes what was made off the surface. made: uint8_t[components], count of which are set. */
-static void set_small_aside(qw_run_state *run, const uint8_t *made, uint32_t count, qw_quadmesh quads)
-{
-    if (count == 0) return;
     run->core.mesh = pick_rest(run->env, &run->clean.mesh, run->clean_census.component, made);
     run->core.small_quads = quads;
     qw_measure_core(run);
-    qw_log(run->env, QW_LOG_DEBUG, "%u components made straight away, of %u quads, %lld left", count, quads.face_count,
+    qw_log(run->env, QW_LOG_DEBUG, "%u quads made straight away, %lld components left", quads.face_count,
            (long long)run->core.census.components);
 }
 
@@ -86,49 +76,87 @@ bool qw_may_be_thin(const qw_run_state *run)
 
 /* Closed parts that get no more than the least, and are so long that four quads around them and as long as wide would
    be more: fields would draw them together. */
-static void set_thin_apart(qw_run_state *run)
+static void find_thin(qw_env *env, const qw_run_state *run, const double **share, uint8_t *chosen)
 {
-    qw_env *env = run->env;
-    const qw_trimesh *mesh = &run->clean.mesh;
     const qw_census *census = &run->clean_census;
-    uint32_t n = (uint32_t)census->components, count = 0;
-    qw_scope_begin(env);
     qw_part *part;
-    double *share = qw_component_shares(env, mesh, census, run->surface_faces, &part);
-    uint8_t *thin = QW_NEW(env, uint8_t, n);
-    for (uint32_t c = 0; c < n; c++) {
+    *share = qw_component_shares(env, &run->clean.mesh, census, run->surface_faces, &part);
+    for (int64_t c = 0; c < census->components; c++) {
         double along = 4 * part[c].extent / sqrt(part[c].area); /* squared: the quads of a tube as long as it is */
-        thin[c] = part[c].is_ball && share[c] <= part[c].least && along * along > part[c].least;
-        count += thin[c];
+        chosen[c] = part[c].is_ball && (*share)[c] <= part[c].least && along * along > part[c].least;
     }
-    qw_quadmesh quads = no_quads(env);
-    if (count == n) count = 0;
-    if (count > 0) quads = qw_make_thin(env, mesh, census, thin, share), count = 0;
-    for (uint32_t c = 0; c < n; c++) thin[c] = 0;
-    for (uint32_t v = 0; v < quads.vertex_count; v++) thin[quads.component[v]] = 1;
-    for (uint32_t c = 0; c < n; c++) count += thin[c];
-    qw_keep(env, thin), qw_keep_quads(env, &quads);
-    qw_scope_end(env);
-    set_small_aside(run, thin, count, quads);
-    qw_free(env, thin);
+}
+
+/* Components of next to no quads, but never the largest. */
+static void find_least(qw_env *env, const qw_run_state *run, const double **share, uint8_t *chosen)
+{
+    const qw_trimesh *mesh = &run->clean.mesh;
+    const uint32_t *component = run->clean_census.component;
+    uint32_t n = (uint32_t)run->clean_census.components, largest = 0;
+    double edge = qw_edge_wanted(run, run->surface_faces), *quads = QW_NEW_ZERO(env, double, n);
+    uint8_t *is_open = QW_NEW_ZERO(env, uint8_t, n);
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
+        is_open[component[h / 3]] |= mesh->twin[h] == QW_NONE;
+        if (h % 3 == 0) quads[component[h / 3]] += 0.5 * (double)qw_length(qw_face_cross(mesh, h / 3)) / (edge * edge);
+    }
+    for (uint32_t c = 0; c < n; c++) {
+        if (quads[c] > quads[largest]) largest = c;
+        chosen[c] = quads[c] < (is_open[c] ? SHARE_OPEN : QW_LEAST_SHELL);
+    }
+    chosen[largest] = 0, *share = quads;
+}
+
+/* Makes those of the components that are chosen; the others, and those that cannot be made with as few quads, are left
+   to the fields. */
+static qw_quadmesh make_chosen(qw_env *env, const qw_run_state *run, const double *share, bool is_least,
+                               uint8_t *chosen, uint32_t *count)
+{
+    uint32_t n = (uint32_t)run->clean_census.components;
+    qw_parts parts = qw_sort_parts(env, &run->clean.mesh, run->clean_census.component, n);
+    qw_quadmesh *made = QW_NEW(env, qw_quadmesh, n);
+    *count = 0;
+    for (uint32_t c = 0; c < n; c++) {
+        if (!chosen[c]) continue;
+        qw_break_silence(env);
+        qw_flip worst;
+        qw_scope_begin(env);
+        qw_trimesh part = qw_take_part(env, &parts, c);
+        const qw_straight plan = {share[c], 1, INFINITY, is_least ? QW_NOT_FLIPPED : QW_DOUBTFUL, is_least};
+        qw_quadmesh quads = qw_make_straight(env, &part, &plan, &worst);
+        chosen[c] = worst <= plan.enough && quads.face_count <= fmax(share[c], QW_LEAST_SHELL);
+        if (chosen[c]) qw_keep_quads(env, &quads);
+        qw_scope_end(env);
+        for (uint32_t v = 0; v < quads.vertex_count && chosen[c]; v++) quads.component[v] = c;
+        if (chosen[c]) made[(*count)++] = quads;
+    }
+    return qw_join_quads(env, made, *count);
 }
 
 void qw_set_core(qw_run_state *run)
 {
-    const qw_trimesh *mesh = &run->clean.mesh;
-    run->core = (qw_core){.mesh = *mesh, .small_quads = no_quads(run->env)};
+    qw_env *env = run->env;
+    run->core = (qw_core){.mesh = run->clean.mesh, .small_quads = qw_join_quads(env, NULL, 0)};
     qw_measure_core(run);
-    if (qw_may_be_thin(run)) {
-        if (qw_uses(run->env, QW_MECH_THIN_PARTS)) set_thin_apart(run);
-        qw_did(run->env, QW_MECH_THIN_PARTS, run->core.small_quads.face_count > 0);
-        return;
+    bool is_least = !qw_may_be_thin(run);
+    if (!qw_uses(env, is_least ? QW_MECH_SMALL_PARTS : QW_MECH_THIN_PARTS)) return;
+    uint32_t n = (uint32_t)run->clean_census.components, count = 0;
+    if (is_least && n < LEAST_APART) return;
+    const double *share;
+    uint8_t *chosen = QW_NEW(env, uint8_t, n);
+    qw_scope_begin(env);
+    if (is_least) find_least(env, run, &share, chosen);
+    else find_thin(env, run, &share, chosen);
+    qw_quadmesh quads = {0};
+    if (memchr(chosen, 0, n)) quads = make_chosen(env, run, share, is_least, chosen, &count);
+    if (count > 0 && !(is_least && count < LEAST_APART)) {
+        qw_keep_quads(env, &quads);
+        qw_scope_end(env);
+        set_small_aside(run, chosen, quads);
+        qw_did(env, is_least ? QW_MECH_SMALL_PARTS : QW_MECH_THIN_PARTS, count);
+    } else {
+        qw_scope_end(env);
     }
-    if (!qw_uses(run->env, QW_MECH_SMALL_PARTS)) return;
-    double edge = qw_edge_wanted(run, run->surface_faces);
-    qw_minimal minimal = qw_make_minimal(run->env, mesh, &run->clean_census, edge, LEAST_APART);
-    set_small_aside(run, minimal.made, minimal.count, minimal.quads);
-    qw_did(run->env, QW_MECH_SMALL_PARTS, minimal.count);
-    qw_free(run->env, minimal.made);
+    qw_free(env, chosen);
 }
 
 double qw_faces_without_small(const qw_run_state *run, double faces)

@@ -1,4 +1,4 @@
-/* Components that would get next to no quads are made straight from their triangles (remesh/quads/minimal.h). The
+/* Components that would get next to no quads are made straight from their triangles (remesh/quads/straight.h). The
    stages from SURFACE on see the other components only. */
 #ifndef QW_WHOLE_SMALL_H
 #define QW_WHOLE_SMALL_H

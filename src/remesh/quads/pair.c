@@ -1,6 +1,5 @@
 #include "remesh/quads/pair.h"
 
-#include "base/sets.h"
 #include "base/sort.h"
 #include "solve/queue.h"
 
@@ -28,7 +27,7 @@ typedef struct pairing {
     uint32_t *entry; /* half-edge by which the search came into the block, on the block's side */
     /* round in which cost and entry were set, and in which flips in the block were found impossible */
     uint32_t *reached, *rigid;
-    uint32_t *touched, touched_count, round, walk;
+    uint32_t *touched, touched_count, round, walk, room; /* room: faces that the scratch is for */
 } pairing;
 
 static bool is_live(const pairing *p, uint32_t f) { return !qw_edit_dead(p->e, f); }
@@ -100,112 +99,6 @@ static void take_by_quality(pairing *p)
 
 /* ---- even numbers between curves */
 
-typedef struct border {
-    uint32_t piece, half; /* the piece beyond, and the half-edge on this side */
-} border;
-
-typedef struct pieces {
-    uint32_t count;    /* the outside is one more, the last */
-    uint32_t *of_face; /* [faces] */
-    uint8_t *odd;      /* [count + 1] */
-    uint32_t *begin;   /* [count + 2] of borders */
-    border *borders;
-    uint32_t *parent, *bridge, *order; /* [count + 1] of the forest; half-edge of an edge to the parent's piece */
-} pieces;
-
-/* Finds the pieces: faces that are joined across edges that lie on no curve, or across the edge inside a pair. */
-static void find_pieces(pairing *p, pieces *s)
-{
-    qw_edit *e = p->e;
-    uint32_t n = e->face_count, *root = QW_NEW(p->env, uint32_t, n);
-    qw_sets_begin(root, n);
-    for (uint32_t f = 0; f < n; f++)
-        for (uint32_t h = 4 * f; h < 4 * f + 3 && is_live(p, f); h++) {
-            uint32_t t = qw_edit_twin(e, h);
-            if (t == QW_NONE || (qw_edit_mark(e, h) && p->mate[f] != t >> 2)) continue;
-            qw_join_sets(root, f, t >> 2);
-        }
-    s->of_face = QW_NEW(p->env, uint32_t, n);
-    s->odd = QW_NEW_ZERO(p->env, uint8_t, (size_t)n + 1);
-    for (uint32_t f = 0; f < n; f++) {
-        if (!is_live(p, f)) continue;
-        uint32_t r = qw_set_of(root, f);
-        s->of_face[f] = r == f ? s->count++ : s->of_face[r];
-        if (p->mate[f] == QW_NONE) s->odd[s->of_face[f]] ^= 1;
-    }
-    qw_free(p->env, root);
-}
-
-static uint32_t piece_beyond(const pairing *p, const pieces *s, uint32_t h)
-{
-    uint32_t t = qw_edit_twin(p->e, h);
-    return t == QW_NONE ? s->count : s->of_face[t >> 2];
-}
-
-static void find_borders(pairing *p, pieces *s)
-{
-    assert(s->of_face && s->count > 0);
-    qw_edit *e = p->e;
-    uint32_t n = s->count;
-    s->begin = QW_NEW_ZERO(p->env, uint32_t, (size_t)n + 3);
-    for (int pass = 0; pass < 2; pass++) {
-        for (uint32_t f = 0; f < e->face_count; f++)
-            for (uint32_t h = 4 * f; h < 4 * f + 3 && is_live(p, f); h++) {
-                uint32_t here = s->of_face[f], there = piece_beyond(p, s, h);
-                if (here == there) continue;
-                if (pass) s->borders[s->begin[here + 1]++] = (border){there, h};
-                else s->begin[here + 2]++;
-                if (there != n) continue; /* the other side comes by itself */
-                if (pass) s->borders[s->begin[n + 1]++] = (border){here, h};
-                else s->begin[n + 2]++;
-            }
-        if (pass) break;
-        for (uint32_t i = 0; i <= n; i++) s->begin[i + 2] += s->begin[i + 1];
-        s->borders = QW_NEW(p->env, border, s->begin[n + 2]);
-    }
-}
-
-/* Breadth first from the outside, and from each piece that is not reached from there. Returns how many pieces are in
- * order. */
-static uint32_t grow_forest(pairing *p, pieces *s)
-{
-    uint32_t n = s->count + 1, count = 0;
-    s->parent = QW_NEW(p->env, uint32_t, n), s->bridge = QW_NEW(p->env, uint32_t, n),
-    s->order = QW_NEW(p->env, uint32_t, n);
-    memset(s->parent, 0xff, n * sizeof *s->parent);
-    for (uint32_t seed = n; seed-- > 0;) {
-        if (s->parent[seed] != QW_NONE) continue;
-        s->parent[seed] = seed;
-        s->order[count++] = seed;
-        for (uint32_t at = count - 1; at < count; at++) {
-            uint32_t from = s->order[at];
-            for (uint32_t i = s->begin[from]; i < s->begin[from + 1]; i++) {
-                uint32_t to = s->borders[i].piece;
-                if (s->parent[to] != QW_NONE) continue;
-                s->parent[to] = from;
-                s->order[count++] = to;
-            }
-        }
-    }
-    return count;
-}
-
-/* The longest edge between a piece and its parent: its halves are the least harm. */
-static uint32_t longest_bridge(const pairing *p, const pieces *s, uint32_t piece)
-{
-    assert(piece < s->count + 1);
-    uint32_t best = QW_NONE;
-    float most = -1;
-    for (uint32_t i = s->begin[piece]; i < s->begin[piece + 1]; i++) {
-        uint32_t h = s->borders[i].half;
-        if (s->borders[i].piece != s->parent[piece]) continue;
-        float length = qw_distance(p->e->vertex[qw_edit_tail(p->e, h)].position,
-                                   p->e->vertex[qw_edit_head(p->e, h)].position);
-        if (length > most) most = length, best = h;
-    }
-    return best;
-}
-
 /* After a split has cut f in two, of which g is the new face: the mate of f stays with the half that it touches. */
 static void settle_halves(pairing *p, uint32_t f, uint32_t g)
 {
@@ -218,7 +111,7 @@ static void settle_halves(pairing *p, uint32_t f, uint32_t g)
 }
 
 /* Splits an edge given by its ends, as another split may have renamed its half-edges. */
-static void split_bridge(pairing *p, uint32_t a, uint32_t b)
+static void split_edge(pairing *p, uint32_t a, uint32_t b)
 {
     assert(a < p->e->vertex_count && b < p->e->vertex_count && a != b);
     qw_edit *e = p->e;
@@ -234,27 +127,37 @@ static void split_bridge(pairing *p, uint32_t a, uint32_t b)
     p->counts->split_edges++;
 }
 
-static void even_out_pieces(pairing *p)
+/* A surface with an odd number of triangles has a boundary: the longest edge of its boundary gets another end. */
+static void even_out_components(pairing *p)
 {
-    pieces s = {0};
-    find_pieces(p, &s);
-    find_borders(p, &s);
-    uint32_t count = grow_forest(p, &s), splits = 0, *ends = QW_NEW(p->env, uint32_t, (size_t)2 * count);
-    while (count-- > 0) {
-        uint32_t piece = s.order[count];
-        if (!s.odd[piece] || s.parent[piece] == piece) continue;
-        uint32_t h = longest_bridge(p, &s, piece); /* the outside has no parent, so h is a side of the piece */
-        ends[splits++] = qw_edit_tail(p->e, h), ends[splits++] = qw_edit_head(p->e, h);
-        s.odd[piece] ^= 1, s.odd[s.parent[piece]] ^= 1;
+    qw_edit *e = p->e;
+    uint32_t n = 0, faces = e->face_count;
+    for (uint32_t v = 0; v < e->vertex_count; v++) n = e->vertex[v].home >= n ? e->vertex[v].home + 1 : n;
+    uint32_t *longest = QW_NEW(p->env, uint32_t, n);
+    float *most = QW_NEW_ZERO(p->env, float, n);
+    uint8_t *odd = QW_NEW_ZERO(p->env, uint8_t, n);
+    memset(longest, 0xff, n * sizeof *longest);
+    for (uint32_t f = 0; f < faces; f++) {
+        if (!is_live(p, f)) continue;
+        uint32_t home = e->vertex[e->face[f].corner[0]].home;
+        odd[home] ^= 1;
+        for (uint32_t h = 4 * f; h < 4 * f + 3; h++) {
+            float length = qw_distance(e->vertex[qw_edit_tail(e, h)].position, e->vertex[qw_edit_head(e, h)].position);
+            if (qw_edit_twin(e, h) == QW_NONE && length >= most[home]) most[home] = length, longest[home] = h;
+        }
     }
-    for (uint32_t i = 0; i < splits; i += 2) split_bridge(p, ends[i], ends[i + 1]);
+    for (uint32_t c = 0; c < n; c++)
+        if (odd[c] && longest[c] != QW_NONE) split_edge(p, qw_edit_tail(e, longest[c]), qw_edit_head(e, longest[c]));
+    qw_free(p->env, longest), qw_free(p->env, most), qw_free(p->env, odd);
 }
 
 /* ---- walks */
 
+/* Scratch for as many faces as there are room for mates. */
 static void open_walks(pairing *p)
 {
-    uint32_t n = p->e->face_count;
+    uint32_t n = (uint32_t)p->capacity;
+    p->room = n, p->round = p->walk = 0;
     p->queue = qw_queue_create(p->env, n);
     p->cost = QW_NEW(p->env, int64_t, n);
     p->entry = QW_NEW(p->env, uint32_t, n);
@@ -377,6 +280,28 @@ static void walk_from(pairing *p, uint32_t f, bool across_curves)
     }
 }
 
+/* Splits the edges of curves on the way from f to the nearest other face left over: either side of each gets one
+   triangle more, so that both ends and all between have even numbers. */
+static void split_way(pairing *p, uint32_t f)
+{
+    uint32_t to = search(p, f, true), count = 0, first = p->e->face_count;
+    if (to == QW_NONE) return;
+    uint32_t *ends = QW_NEW(p->env, uint32_t, 2 * (size_t)p->touched_count + 2);
+    for (uint32_t block = to; block != f;) {
+        uint32_t entry = p->entry[block];
+        if (qw_edit_mark(p->e, entry))
+            ends[count++] = qw_edit_tail(p->e, entry), ends[count++] = qw_edit_head(p->e, entry);
+        block = block_of(p, qw_edit_twin(p->e, entry) >> 2);
+    }
+    for (uint32_t i = 0; i < count; i += 2) split_edge(p, ends[i], ends[i + 1]);
+    qw_free(p->env, ends);
+    if (p->e->face_count > p->room) open_walks(p);
+    walk_from(p, f, false);
+    if (p->mate[to] == QW_NONE) walk_from(p, to, false);
+    for (uint32_t g = first; g < p->e->face_count; g++)
+        if (p->mate[g] == QW_NONE) walk_from(p, g, false);
+}
+
 /* ---- the quads */
 
 static uint32_t number_vertices(const pairing *p, uint32_t *number)
@@ -436,11 +361,15 @@ qw_quadmesh qw_pair_triangles(qw_env *env, qw_edit *e, const uint8_t *across, ui
     memset(p.mate, 0xff, e->face_count * sizeof *p.mate);
     if (across) take_given(&p, across);
     take_by_quality(&p);
-    even_out_pieces(&p);
+    even_out_components(&p);
     open_walks(&p);
-    for (int across_curves = 0; across_curves < 2; across_curves++)
-        for (uint32_t f = 0; f < e->face_count; f++)
-            if (is_live(&p, f) && p.mate[f] == QW_NONE) walk_from(&p, f, across_curves);
+    enum { WITHIN, SPLIT, ACROSS, WAYS };
+    for (int way = 0; way < WAYS; way++)
+        for (uint32_t f = 0; f < e->face_count; f++) {
+            if (!is_live(&p, f) || p.mate[f] != QW_NONE) continue;
+            if (way == SPLIT) split_way(&p, f);
+            else walk_from(&p, f, way == ACROSS);
+        }
     for (uint32_t f = 0; f < e->face_count; f++) counts->unpaired += is_live(&p, f) && p.mate[f] == QW_NONE;
     return make_quads(&p, vertex_of);
 }

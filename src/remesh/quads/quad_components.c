@@ -47,6 +47,20 @@ void qw_append_quads(qw_quadmesh *r, const qw_quadmesh *more)
     r->vertex_count += more->vertex_count, r->face_count += more->face_count;
 }
 
+qw_quadmesh qw_join_quads(qw_env *env, const qw_quadmesh *quads, uint32_t count)
+{
+    size_t vertices = 0, sides = 0;
+    for (uint32_t i = 0; i < count; i++) vertices += quads[i].vertex_count, sides += 4 * (size_t)quads[i].face_count;
+    qw_quadmesh all = {.position = QW_NEW(env, qw_vec3, vertices),
+                       .kind = QW_NEW(env, uint8_t, vertices),
+                       .component = QW_NEW(env, uint32_t, vertices),
+                       .corner = QW_NEW(env, uint32_t, sides),
+                       .twin = QW_NEW(env, uint32_t, sides),
+                       .mark = QW_NEW(env, uint8_t, sides)};
+    for (uint32_t i = 0; i < count; i++) qw_append_quads(&all, &quads[i]);
+    return all;
+}
+
 void qw_keep_quads(qw_env *env, const qw_quadmesh *q)
 {
     qw_keep(env, q->position), qw_keep(env, q->kind), qw_keep(env, q->component);

@@ -12,6 +12,9 @@ qw_quadmesh qw_pick_components(qw_env *env, const qw_quadmesh *quads, const uint
 /* quads has room for them. */
 void qw_append_quads(qw_quadmesh *quads, const qw_quadmesh *more);
 
+/* All of them, one behind the other; each has all arrays. In the current scope. */
+qw_quadmesh qw_join_quads(qw_env *env, const qw_quadmesh *quads, uint32_t count);
+
 void qw_keep_quads(qw_env *env, const qw_quadmesh *quads); /* qw_keep for all of its arrays */
 
 #endif

@@ -1,11 +1,12 @@
 /* The stage FINISH: what is done once, to the attempt that was chosen. Uncovered protrusions with sharp edges grow,
-   flipped quads are repaired, vertices move nearer to the surface,
+   flipped quads are repaired, small components that have some left are made anew, vertices move nearer to the surface,
    and a result whose topology differs from the surface's is refused. */
 #include "run/stages/stages.h"
 
 #include "base/mechanisms.h"
 #include "base/constants.h"
 #include "base/promise.h"
+#include "whole/remake.h"
 #include "whole/wrapped.h"
 #include "run/stages/split_levels.h"
 #include "run/stages/lost_edges.h"
@@ -103,6 +104,9 @@ void qw_stage_FINISH(qw_run_state *run)
             qw_did(run->env, QW_MECH_GROWN_SHARP, sharp);
             run->report->grown_protrusions = run->grown + sharp;
             repair_flips(&f);
+            uint32_t remade = qw_uses(run->env, QW_MECH_REMADE) ? qw_remake_flipped(run, &f.quads, &f.flipped) : 0;
+            qw_did(run->env, QW_MECH_REMADE, remade);
+            run->report->repaired_flips += remade;
             fit_to_surface(&f);
         }
         check_topology(&f);

@@ -1,0 +1,30 @@
+/* A connected component made straight from its triangles, without fields: these draw together what is thinner than
+ * quads, and for components of next to no quads they take far too long.
+ *
+ * - The fewest quads that there can be: one for a disc, its corners on the boundary; the six of a box for a sphere. The
+ *   time is proportional to the triangles.
+ * - Pairs: remeshed with twice as many triangles as quads, paired (remesh/quads/pair.h), thinned out.
+ *
+ * All variants have one judge: the topology of the component, and no flipped quad.
+ */
+#ifndef QW_REMESH_QUADS_STRAIGHT_H
+#define QW_REMESH_QUADS_STRAIGHT_H
+
+#include "geometry/flips.h"
+#include "geometry/quadmesh.h"
+
+typedef struct qw_straight {
+    double quads;     /* about so many */
+    int tries;        /* 1 to QW_MOST_TRIES: with more and more quads, up to the first that is good enough */
+    double most_edge; /* flipped quads are judged by no longer a mean edge than this */
+    qw_flip enough;   /* what a quad may be at worst, so that no other variant is tried */
+    bool is_least;    /* the fewest quads that there can be, or none */
+} qw_straight;
+
+enum { QW_MOST_TRIES = 4 };
+
+/* Quads of `part`, a component as a surface of its own, in the current scope: of the variant whose worst quad is best,
+ *worst, with all arrays; component 0. No faces: each variant has lost the topology or has flipped quads. */
+qw_quadmesh qw_make_straight(qw_env *env, const qw_trimesh *part, const qw_straight *plan, qw_flip *worst);
+
+#endif
