@@ -49,7 +49,4 @@ void qw_square_corners(qw_env *env, qw_quadmesh *quads, const uint8_t *mobility,
 /* Marks (1) the vertices that are so many edges from marked ones, too: uint8_t[quads->vertex_count], 0 or 1. */
 void qw_grow_marks(const qw_quadmesh *quads, int rings, uint8_t *marks);
 
-/* Sets twins from the corners. Fails with QW_INTERNAL where an edge has more than two sides. */
-void qw_quadmesh_link(qw_env *env, qw_quadmesh *quads);
-
 #endif
