@@ -27,7 +27,7 @@ void qw_limit_gradation(qw_env *env, const qw_trimesh *mesh, float *size, float 
         float rise = size[high] - size[low], run2 = qw_length2(qw_sub(mesh->position[a], mesh->position[b]));
         if (rise * rise < 0.999f * (slope * slope) * run2) continue; /* clearly, as most often: without a root */
         if (size[high] <= size[low] + slope * sqrtf(run2)) continue;
-        qw_queue_put(&q, low, qw_float_key(size[low]));
+        qw_queue_put(&q, low, qw_signed_float_key(size[low]));
     }
     for (uint32_t v; (v = qw_queue_take(&q)) != QW_NONE;) {
         uint32_t first = outgoing[v], h = first;
@@ -37,7 +37,7 @@ void qw_limit_gradation(qw_env *env, const qw_trimesh *mesh, float *size, float 
                 float most = size[v] + slope * qw_distance(mesh->position[v], mesh->position[ends[i]]);
                 if (size[ends[i]] <= most) continue;
                 size[ends[i]] = most;
-                qw_queue_put(&q, ends[i], qw_float_key(most));
+                qw_queue_put(&q, ends[i], qw_signed_float_key(most));
             }
             h = mesh->twin[back];
         } while (h != QW_NONE && h != first);
