@@ -6,7 +6,7 @@
 
 #ifndef _WIN32
 
-#include "render.h"
+#include "products/render/render.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -2,7 +2,7 @@
 #include "commands.h"
 #include "system.h"
 #include "progress.h"
-#include "render.h"
+#include "products/render/render.h"
 
 #include <string.h>
 

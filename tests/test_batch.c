@@ -13,7 +13,7 @@
 #include <cmocka.h>
 
 #define TOOL "../quadwright "
-enum { MODELS = 300 };
+enum { MODELS = 120 };
 
 static char own_folder[] = QW_BINARY_DIR "/test-batch-XXXXXX";
 
@@ -87,13 +87,13 @@ static void kill_after(long some)
 static void killed_twice_each_is_done_once(void **state)
 {
     (void)state;
-    kill_after(40);
+    kill_after(20);
     long first = done();
-    assert_int_equal(first, 40);
+    assert_int_equal(first, 20);
     assert_int_equal(shell("sleep 0.1; touch mark-1; sleep 0.1"), 0);
-    kill_after(100);
+    kill_after(60);
     long second = done();
-    assert_int_equal(second, 100);
+    assert_int_equal(second, 60);
     assert_int_equal(number("find out -name '*.record.json' -newer mark-1 | wc -l"), second - first);
     assert_int_equal(shell("sleep 0.1; touch mark-2; sleep 0.1"), 0);
     assert_int_equal(shell(RUN), 1); /* the bad one */

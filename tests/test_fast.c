@@ -3,7 +3,7 @@
 #include "suite.h"
 #include "shapes.h"
 
-#include "whole/fast.h"
+#include "remesh/sizes/fast.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -4,7 +4,7 @@
 #include "torture_shapes.h"
 #include "unit_shapes.h"
 
-#include "whole/shares.h"
+#include "remesh/sizes/shares.h"
 #include "remesh/working/working.h"
 
 #include <setjmp.h>

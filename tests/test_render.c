@@ -2,9 +2,8 @@
 #include "faults.h"
 #include "shapes.h"
 #include "suite.h"
-#include "png.h"
-#include "raster.h"
-#include "render.h"
+#include "products/render/raster.h"
+#include "products/render/render.h"
 
 #include <math.h>
 #include <setjmp.h>

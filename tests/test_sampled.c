@@ -119,20 +119,6 @@ static void noise_leaves_them_straight(void **state)
     }
 }
 
-/* Bands several triangles wide, as long as that is less than a quad. */
-static void rounded_creases_are_found(void **state)
-{
-    (void)state;
-    static const part_name names[] = {PART_ANGLE, PART_CYLINDER, PART_PRISM};
-    for (int i = 0; i < 3; i++)
-        for (int rounds = 1; rounds <= (names[i] == PART_PRISM ? 2 : 4); rounds *= 2) {
-            shape s = sampled_part(names[i], 110, SURFACE_NETS, 0);
-            shape_smooth(&s, rounds);
-            assert_lines(&s, names[i], 110, 1);
-            shape_free(&s);
-        }
-}
-
 static void quads_are_those_of_the_exact_part(void **state)
 {
     (void)state;
@@ -284,11 +270,10 @@ static void creases_end_at_the_boundary(void **state)
 QW_TEST_SUITE(sampled)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(lines_lie_on_the_creases),          cmocka_unit_test(acute_creases_come_back),
-        cmocka_unit_test(noise_leaves_them_straight),        cmocka_unit_test(rounded_creases_are_found),
-        cmocka_unit_test(quads_are_those_of_the_exact_part), cmocka_unit_test(round_things_have_none),
-        cmocka_unit_test(stairs_and_exact_edges_stay),       cmocka_unit_test(folds_of_thin_shells_stay),
-        cmocka_unit_test(creases_end_at_the_boundary),
+        cmocka_unit_test(lines_lie_on_the_creases),   cmocka_unit_test(acute_creases_come_back),
+        cmocka_unit_test(noise_leaves_them_straight), cmocka_unit_test(quads_are_those_of_the_exact_part),
+        cmocka_unit_test(round_things_have_none),     cmocka_unit_test(stairs_and_exact_edges_stay),
+        cmocka_unit_test(folds_of_thin_shells_stay),  cmocka_unit_test(creases_end_at_the_boundary),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,6 @@
-/* The promise on hostile surfaces: few quads of each in the ordinary tests. `test_torture --table` runs all of them at
- * 100, 1000 and 10000 quads, with defaults and with sharp edges, and prints bench/results/torture.md; `test_torture
+/* The promise on hostile surfaces: few quads of each in the ordinary tests. `quadwright-tests torture --table` runs all
+ * of them at 100, 1000 and 10000 quads, with defaults and with sharp edges, and prints bench/results/torture.md;
+ * `test_torture
  * --write FOLDER` writes them as files. */
 #include "suite.h"
 #include "torture_shapes.h"

@@ -5,7 +5,7 @@
 #include "geometry/trimesh.h"
 
 #include "base/sort.h"
-#include "whole/sizes.h"
+#include "remesh/sizes/needs.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -252,14 +252,14 @@ static void edges_body(void *user)
                                      {.5, -.2, .1, .5, .2, .1},     {.5, .2, -.1, .5, .2, .1}};
     int far = 0;
     for (int e = 0; e < 6; e++)
-        for (int i = 0; i <= 20; i++) {
+        for (int i = 1; i < 20; i++) { /* corners may be a cell off */
             double q[3], p[3];
             for (int k = 0; k < 3; k++) q[k] = ends[e][k] + (ends[e][k + 3] - ends[e][k]) * i / 20;
             for (int k = 0; k < 3; k++) p[k] = turn[3 * k] * q[0] + turn[3 * k + 1] * q[1] + turn[3 * k + 2] * q[2];
             qw_curve_hit hit = qw_curve_nearest(tree, qw_v3((float)p[0], (float)p[1], (float)p[2]), 10);
             far += sqrt(hit.distance2) > 0.001 * diagonal;
         }
-    assert_true(far <= 6); /* of 126 */
+    assert_int_equal(far, 0);
 }
 
 static void test_edges(void **unused)

@@ -30,9 +30,7 @@ endif()
 find_library(CMOCKA_LIBRARY cmocka REQUIRED)
 # The suites of tests/suites.def in one program, one test a suite. Sanitized ones take up to ten times as long.
 file(GLOB units CONFIGURE_DEPENDS tests/test_*.c)
-set(tool_parts summary render raster png letters scene paint view) # of the command line tool, those that suites reach into
-list(TRANSFORM tool_parts REPLACE "(.+)" "cli/\\1.c")
-add_executable(quadwright-tests tests/suites.c ${units} ${tool_parts})
+add_executable(quadwright-tests tests/suites.c ${units} cli/summary.c)
 target_link_libraries(quadwright-tests PRIVATE quadwright_static ${CMOCKA_LIBRARY})
 target_include_directories(quadwright-tests PRIVATE src tests cli)
 if(GLPK_INCLUDE AND GLPK_LIBRARY) # an oracle, whether or not the library uses it
@@ -40,7 +38,6 @@ if(GLPK_INCLUDE AND GLPK_LIBRARY) # an oracle, whether or not the library uses i
   target_include_directories(quadwright-tests SYSTEM PRIVATE ${GLPK_INCLUDE})
   target_link_libraries(quadwright-tests PRIVATE ${GLPK_LIBRARY})
 endif()
-target_include_directories(quadwright-tests SYSTEM PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/stb)
 target_compile_definitions(quadwright-tests PRIVATE QW_TEST_DATA="${QW_ROOT}/tests/data" QW_BINARY_DIR="${CMAKE_CURRENT_BINARY_DIR}"
   QW_SOURCE_DIR="${QW_ROOT}")
 add_dependencies(quadwright-tests quadwright quadwright-shapes quadwright-painted)

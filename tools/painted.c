@@ -9,7 +9,7 @@
 #include "io/file.h"
 #include "io/pen.h"
 #include "base/elementary.h"
-#include "png.h"
+#include "io/pictures/picture.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -270,7 +270,8 @@ static void bake(figure *f)
     uint8_t *known = QW_NEW_ZERO(f->env, uint8_t, (size_t)TEXELS * TEXELS);
     for (uint32_t i = 0; i < f->mesh.face_count; i++) bake_face(f, i, known);
     spread(f, known);
-    png_write(f->env, f->picture, f->rgb, TEXELS, TEXELS);
+    qw_picture picture = {TEXELS, TEXELS, 3, 8, f->rgb};
+    qw_write_png(f->env, f->picture, &picture);
     if (!f->raw) return;
     qw_file *raw = qw_file_begin(f->env, f->raw);
     qw_file_put(raw, f->rgb, 3 * (size_t)TEXELS * TEXELS);

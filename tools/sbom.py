@@ -10,7 +10,6 @@ import time
 # part: (Debian's package whose version is told, licence, what it is, where its source is); programs that only build are not parts.
 PARTS = {
     "cadical": ("libcadical-dev", "MIT", "linked into programs, wheel and modules", "https://github.com/arminbiere/cadical"),
-    "stb_image_write": ("libstb-dev", "MIT OR Unlicense", "pictures of the program", "https://github.com/nothings/stb"),
     "stb_image": ("libstb-dev", "MIT OR Unlicense", "textures of the input", "https://github.com/nothings/stb"),
     "libwebp": ("libwebp-dev", "BSD-3-Clause", "textures of the input that are WebP", "https://chromium.googlesource.com/webm/libwebp"),
     "glibc": ("libc6-dev", "LGPL-2.1-or-later", "linked into the static program for Linux", "https://sourceware.org/git/glibc.git"),

@@ -55,7 +55,7 @@ class BuildExtension(build_ext):
         subprocess.run(["cmake", "--build", str(folder), "--target", "quadwright_python", "-j", str(os.cpu_count() or 1)], check=True)
         extension.extra_objects += (folder / "python-link.txt").read_text().split()
         extension.depends += extension.extra_objects
-        extension.include_dirs += [str(ROOT / "include"), str(ROOT / "cli")]
+        extension.include_dirs += [str(ROOT / "include"), str(ROOT / "src")]
 
 
 class SourceDistribution(sdist):

@@ -1,5 +1,6 @@
 #include "base/env.h"
 
+#include "base/mechanisms.h"
 #include "base/platform.h"
 #include "base/pool.h"
 
@@ -59,6 +60,9 @@ struct qw_env {
     double told;            /* when the host was last told, in seconds */
     uintptr_t caller;       /* the thread of the last parallel loop's */
     _Atomic bool cancelled; /* by the host within a parallel loop: its blocks that have not begun are left out */
+#ifdef QW_SWITCHES
+    qw_switches own, *switches; /* switches: own, or those of the run whose lane this is */
+#endif
 };
 
 static const double stage_weight[QW_STAGE_COUNT] = {
@@ -90,8 +94,19 @@ qw_env *qw_env_create(const qw_host *host, uint32_t threads)
     for (int i = 0; i < MAX_SCOPES; i++) env->scopes[i].previous = env->scopes[i].next = &env->scopes[i];
     env->told = qw_seconds_now();
     if (!h.parallel) env->pool = qw_pool_create(threads);
+#ifdef QW_SWITCHES
+    env->switches = &env->own;
+    qw_switches_begin(&env->own);
+#endif
     return env;
 }
+
+#ifdef QW_SWITCHES
+qw_switches *qw_env_switches(qw_env *env) { return env->switches; }
+void qw_env_share_switches(qw_env *lane, qw_env *run) { lane->switches = run->switches; }
+#else
+void qw_env_share_switches(qw_env *lane, qw_env *run) { (void)lane, (void)run; }
+#endif
 
 static void release_block(qw_env *env, block *b)
 {
@@ -115,6 +130,9 @@ void qw_env_destroy(qw_env *env)
     for (uint32_t slot = 0; slot < QW_ASIDE_SLOTS; slot++) qw_scopes_drop(env, slot);
     for (uint32_t s = env->scope + 1; s-- > 0;) release_scope(env, s);
     qw_pool_destroy(env->pool);
+#ifdef QW_SWITCHES
+    qw_switches_end(&env->own);
+#endif
     env->host.resize(env->host.resize_user, env, sizeof *env, 0);
 }
 

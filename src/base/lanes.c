@@ -1,5 +1,7 @@
 #include "base/lanes.h"
 
+#include "base/mechanisms.h"
+
 /* Called on the thread that may speak to the host. */
 static int hear(void *user, qw_stage stage, double fraction)
 {
@@ -15,6 +17,7 @@ qw_lane *qw_lanes_begin(qw_env *run, uint32_t count, size_t bytes)
         qw_arena_begin(&l->arena, qw_alloc(run, bytes, 1), bytes);
         qw_host host = {.resize = qw_arena_resize, .resize_user = &l->arena, .progress = hear, .progress_user = l};
         l->env = qw_env_create(&host, 1);
+        if (l->env) qw_env_share_switches(l->env, run);
     }
     return lanes;
 }

@@ -20,6 +20,13 @@ static inline qw_vec3 qw_madd(qw_vec3 a, float s, qw_vec3 b)
     return (qw_vec3){a.x + s * b.x, a.y + s * b.y, a.z + s * b.z};
 }
 static inline float qw_dot(qw_vec3 a, qw_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+static inline qw_vec3 qw_v3_of_doubles(const double p[3]) { return qw_v3((float)p[0], (float)p[1], (float)p[2]); }
+
+static inline void qw_to_doubles(qw_vec3 p, double to[3])
+{
+    to[0] = (double)p.x, to[1] = (double)p.y, to[2] = (double)p.z;
+}
+
 static inline double qw_dot_doubles(const double a[3], const double b[3])
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];

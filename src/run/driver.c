@@ -1,11 +1,12 @@
 #include "base/report.h"
+#include "base/mechanisms.h"
 #include "base/platform.h"
 #include "run/border_checks.h"
 #include "run/driver.h"
 #include "run/stages/stages.h"
 #include "whole/kept_rims.h"
 #include "whole/wrapped.h"
-#include "whole/fast.h"
+#include "remesh/sizes/fast.h"
 
 #include "base/constants.h"
 #include "run/judge.h"
@@ -269,6 +270,35 @@ static void go_back(qw_context_state *c, const qw_step *step, const qw_judgement
     qw_progress_back(c->env, back);
 }
 
+static const qw_mechanism of_retry[] = {
+#define QW_RETRY(name, after, back, most, sentence) QW_MECH_RETRY_##name,
+#include "run/retries.def"
+#undef QW_RETRY
+};
+
+/* Counts the retry that the attempt was begun for as kept. */
+static void count_kept(const qw_context_state *c, qw_stage stage, uint32_t attempt)
+{
+    qw_retry cause = c->history.attempt[attempt].cause;
+    if (cause == QW_NO_RETRY) return;
+    const qw_retry_row *row = &qw_retry_rows[cause];
+    bool is_judged = row->after == stage || (stage == QW_STAGE_RELAX && row->back == QW_STAGE_WORKING);
+    qw_kept(c->env, of_retry[cause], is_judged);
+}
+
+/* Where developers have switched a retry off, the run goes on instead, with the best attempt so far. */
+static void switch_retry(qw_context_state *c, qw_step *step)
+{
+    if (step->cause == QW_NO_RETRY) return;
+    if (qw_uses(c->env, of_retry[step->cause])) {
+        qw_acted(c->env, of_retry[step->cause], 1);
+        return;
+    }
+    step->cause = QW_NO_RETRY;
+    const qw_attempt *current = &c->history.attempt[c->history.current];
+    if (step->best == QW_NO_ATTEMPT || current->verdict.is_composed) step->best = c->history.current;
+}
+
 static void decide(qw_context_state *c, qw_stage stage, const qw_judgement *j)
 {
     qw_attempt *a = &c->history.attempt[c->history.current];
@@ -281,7 +311,8 @@ static void decide(qw_context_state *c, qw_stage stage, const qw_judgement *j)
                                       c->run.options.symmetry == QW_SYMMETRY_AUTO,
                                       c->run.options.fast != QW_FAST_NO};
     qw_step step = qw_next_step(&c->history, stage);
-    if (step.cause == QW_NO_RETRY) go_on_with(c, stage, step.best, j);
+    switch_retry(c, &step);
+    if (step.cause == QW_NO_RETRY) count_kept(c, stage, step.best), go_on_with(c, stage, step.best, j);
     else go_back(c, &step, j);
 }
 

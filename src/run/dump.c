@@ -1,7 +1,7 @@
 #include "run/dump.h"
 
 #include "base/constants.h"
-#include "whole/fast.h"
+#include "remesh/sizes/fast.h"
 #include "io/file.h"
 #include "run/dump_validate.h"
 #include "run/stages/stages.h"

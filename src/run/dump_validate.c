@@ -274,7 +274,7 @@ static void validate_working(qw_context_state *c)
     double faces = qw_core_faces(run, qw_faces_wanted(run, &c->used));
     REQUIRE(c,
             run->faces_wanted == faces && run->rho == qw_edge_wanted(run, run->faces_wanted) &&
-                run->feature_density == qw_find_feature_density(run),
+                run->feature_density == qw_feature_density_of(run),
             "a wanted size is not what the options ask for");
     validate_surface(c, mesh);
     require_inside(c, mesh->position, mesh->vertex_count);

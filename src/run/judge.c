@@ -1,5 +1,6 @@
 #include "run/judge.h"
 
+#include "base/mechanisms.h"
 #include "whole/mirror.h"
 #include "base/promise.h"
 #include "run/stages/coverage.h"
@@ -120,14 +121,15 @@ static double count_misshapen(const qw_run_state *run, const qw_quadmesh *quads)
 static void judge_coverage(const qw_run_state *run, qw_rounds *rounds, qw_judgement *j)
 {
     qw_verdict *v = &j->verdict;
-    v->is_composed = run->options.relax && compose(run, rounds, j);
+    v->is_composed = run->options.relax && qw_uses(run->env, QW_MECH_ROUNDS_COMPOSED) && compose(run, rounds, j);
+    qw_did(run->env, QW_MECH_ROUNDS_COMPOSED, v->is_composed);
     const qw_quadmesh *quads = v->is_composed ? &j->composed : &run->relaxed;
     const uint8_t *flipped = v->is_composed ? j->composed_flipped : run->flipped;
     qw_sites places = {0};
     if (v->is_composed || !run->relaxed_covers) places = qw_find_uncovered(run, quads);
     v->working_vertices = run->working.mesh.vertex_count;
     v->protrusions = run->grown;
-    v->lacking = run->lacking;
+    v->lacking = run->lacking > 0 && qw_uses(run->env, QW_MECH_RETRY_PROTRUSIONS) ? run->lacking : 0;
     v->misshapen = v->lacking > 0 || run->plan.reserve > 0 ? count_misshapen(run, quads) : 0;
     v->uncovered = qw_in_quads(run, places.area);
     v->flipped = qw_count_flipped(quads, flipped);

@@ -2,6 +2,7 @@
 
 #include "base/elementary.h"
 #include "geometry/loops.h"
+#include "geometry/step_search.h"
 #include "whole/open_path.h"
 #include "whole/strip.h"
 

@@ -46,7 +46,4 @@ typedef enum qw_mobility { QW_STAYS, QW_MAY_MOVE, QW_MOVES } qw_mobility;
 void qw_square_corners(qw_env *env, qw_quadmesh *quads, const uint8_t *mobility, const qw_trimesh *surface,
                        const qw_bvh *tree);
 
-/* Marks (1) the vertices that are so many edges from marked ones, too: uint8_t[quads->vertex_count], 0 or 1. */
-void qw_grow_marks(const qw_quadmesh *quads, int rings, uint8_t *marks);
-
 #endif

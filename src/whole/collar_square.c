@@ -1,23 +1,27 @@
 /* Vertices of a collar on the surface: each moves to where the corners around it are best, one after the other. */
 #include "whole/collar.h"
 
+#include "geometry/step_search.h"
+
 #include <assert.h>
 #include <string.h>
 
 enum {
     SWEEPS = 24,
-    DIRECTIONS = 8,
-    ROOM = 3,  /* rings around inverted quads that move */
-    ROUNDS = 4 /* of sweeps around them */
+    LENGTHS = 3, /* of steps */
+    ROOM = 3,    /* rings around inverted quads that move */
+    ROUNDS = 4   /* of sweeps around them */
 };
 
 typedef struct squaring {
     qw_quadmesh *q;
     const qw_bvh *tree;
-    const qw_vec3 *normal; /* qw_vec3[faces of the surface] */
-    uint32_t *begin;       /* uint32_t[vertex_count + 1]: the half-edges that leave each vertex */
-    uint32_t *leaving;     /* uint32_t[4 face_count] */
-    uint32_t *hint;        /* uint32_t[vertex_count]: triangle of the surface that it was last on */
+    const qw_vec3 *normal;     /* qw_vec3[faces of the surface] */
+    uint32_t *begin, *leaving; /* the half-edges that leave each vertex: leaving[begin[v] .. begin[v + 1]) */
+    uint32_t *hint;            /* uint32_t[vertex_count]: triangle of the surface that it was last on */
+    qw_vec3 facing;            /* of the quads at the vertex that is moved, and the shortest side there */
+    float shortest;
+    qw_spot spot; /* where that vertex is put */
 } squaring;
 
 /* ---- how bad the quads around a vertex are */
@@ -25,9 +29,9 @@ typedef struct squaring {
 /* Sine of a corner below which it counts again, and what the ratio of the longest side to the shortest counts for, no
    more than LONGEST_RATIO. */
 static const double LOW_SINE = 0.3, RATIO_WEIGHT = 0.1, LONGEST_RATIO = 100;
-/* Shares of the way: to the middle of its neighbours a vertex tries all of it, then this; and of the shortest side, the
-   first sweeps' step aside. */
-static const float PART_OF_WAY = 0.4f, FIRST_REACH = 0.3f;
+/* The longest step is the way to the middle of the neighbours, no less than this share of the shortest side and no more
+   than all of it. */
+static const float LEAST_REACH = 0.3f;
 
 /* The square of what a corner's sine lacks, and much more where it is next to nothing or negative; and a little for
    unequal edges. */
@@ -50,31 +54,19 @@ static double badness(const squaring *s, const uint32_t *corner, qw_vec3 up)
     return sum + RATIO_WEIGHT * fmin(longest / fmax(shortest, 1e-30) - 1, LONGEST_RATIO);
 }
 
-static double badness_around(const squaring *s, uint32_t v, qw_vec3 up)
-{
-    assert(v < s->q->vertex_count);
-    double sum = 0;
-    for (uint32_t i = s->begin[v]; i < s->begin[v + 1]; i++)
-        sum += badness(s, s->q->corner + (s->leaving[i] & ~3u), up);
-    return sum;
-}
-
 /* ---- moving */
-
-typedef struct spot {
-    qw_vec3 position, up;
-    uint32_t face;
-} spot;
 
 /* For the vertex v, on its own component: the nearest point that faces as the quads do, if it is no farther than
    `reach`, or else the nearest. */
-static spot on_surface(const squaring *s, uint32_t v, qw_vec3 p, qw_vec3 up, float reach)
+static qw_spot on_surface(const squaring *s, uint32_t v, qw_vec3 p, qw_vec3 up, float reach)
 {
     uint32_t part = s->q->component[v], hint = s->hint[v];
     qw_hit hit = qw_bvh_nearest_of(s->tree, part, p, up, QW_SAME_SHEET, reach, hint);
     if (hit.face == QW_NONE) hit = qw_bvh_nearest_of(s->tree, part, p, qw_v3(0, 0, 0), -1, INFINITY, hint);
     if (hit.face == QW_NONE) hit = qw_bvh_nearest(s->tree, p, qw_v3(0, 0, 0), -1, INFINITY, hint);
-    return (spot){hit.point, s->normal[hit.face], hit.face};
+    qw_spot spot = {.up = s->normal[hit.face], .on = hit.face};
+    qw_to_doubles(hit.point, spot.at);
+    return spot;
 }
 
 /* Of the quads around a vertex. */
@@ -101,62 +93,57 @@ static qw_vec3 mean_neighbour(const squaring *s, uint32_t v, float *shortest)
     return qw_scale(sum, 1.0f / (float)count);
 }
 
-/* Moves the vertex there if the quads around it are better then. */
-static bool try_spot(squaring *s, uint32_t v, qw_vec3 p, qw_vec3 up, float reach, double *best)
+static void put_spot(void *user, uint32_t v, const qw_spot *spot)
 {
-    spot to = on_surface(s, v, p, up, reach);
-    qw_vec3 was = s->q->position[v];
-    s->q->position[v] = to.position;
-    double now = badness_around(s, v, to.up);
-    if (!(now < *best)) {
-        s->q->position[v] = was;
-        return false;
-    }
-    s->hint[v] = to.face, *best = now;
+    squaring *s = user;
+    s->hint[v] = spot->on, s->spot = *spot;
+}
+
+static bool land(void *user, uint32_t v, const double aimed[3], qw_spot *spot)
+{
+    const squaring *s = user;
+    *spot = on_surface(s, v, qw_v3_of_doubles(aimed), s->facing, s->shortest);
     return true;
 }
 
-static void move(squaring *s, uint32_t v, float reach)
+/* The first direction is that to the middle of the neighbours. */
+static double frame_of(void *user, uint32_t v, qw_spot *here, qw_vec3 axis[2])
 {
-    static const float cosine[DIRECTIONS] = {1, 0.70710678f, 0, -0.70710678f, -1, -0.70710678f, 0, 0.70710678f};
-    float shortest;
-    qw_vec3 up = normal_around(s, v), middle = mean_neighbour(s, v, &shortest), p = s->q->position[v];
-    spot here = on_surface(s, v, p, up, shortest);
-    s->q->position[v] = here.position, s->hint[v] = here.face;
-    double best = badness_around(s, v, here.up);
-    if (try_spot(s, v, middle, up, shortest, &best) ||
-        try_spot(s, v, qw_lerp(p, middle, PART_OF_WAY), up, shortest, &best))
-        return;
-    p = s->q->position[v];
-    qw_vec3 x = qw_any_orthogonal(here.up), y = qw_cross(here.up, x);
-    for (int i = 0; i < DIRECTIONS; i++) {
-        qw_vec3 d = qw_add(qw_scale(x, cosine[i]), qw_scale(y, cosine[(i + DIRECTIONS - 2) % DIRECTIONS]));
-        if (try_spot(s, v, qw_madd(p, reach * shortest, d), up, shortest, &best)) return;
-    }
+    squaring *s = user;
+    qw_vec3 middle = mean_neighbour(s, v, &s->shortest);
+    s->facing = normal_around(s, v);
+    *here = on_surface(s, v, s->q->position[v], s->facing, s->shortest);
+    s->q->position[v] = qw_v3_of_doubles(here->at);
+    put_spot(s, v, here);
+    qw_vec3 way = qw_reject(qw_sub(middle, s->q->position[v]), here->up);
+    float length = qw_length(way);
+    axis[0] = length > 0 ? qw_scale(way, 1 / length) : qw_any_orthogonal(here->up);
+    axis[1] = qw_cross(here->up, axis[0]);
+    return (double)fminf(fmaxf(length, LEAST_REACH * s->shortest), s->shortest);
 }
 
-void qw_grow_marks(const qw_quadmesh *q, int rings, uint8_t *marks)
+static double cost_at(void *user, uint32_t v, uint32_t f)
 {
-    assert(rings >= 0 && marks);
-    for (int ring = 0; ring < rings; ring++) {
-        for (uint32_t h = 0; h < 4 * q->face_count; h++)
-            if (marks[q->corner[h]] == 1) {
-                uint32_t u = q->corner[qw_quad_next(h)], w = q->corner[qw_quad_prev(h)];
-                if (!marks[u]) marks[u] = 2;
-                if (!marks[w]) marks[w] = 2;
-            }
-        for (uint32_t v = 0; v < q->vertex_count; v++) marks[v] = marks[v] != 0;
-    }
+    (void)v;
+    const squaring *s = user;
+    return badness(s, s->q->corner + 4 * (size_t)f, s->spot.up);
 }
 
-static void sweep_over(qw_env *env, squaring *s, const uint8_t *mobility, const uint8_t *chosen, int sweep)
+/* Moves those of the vertices that are chosen (NULL: those that always move) until none finds a better place. */
+static void square(qw_env *env, squaring *s, const uint8_t *mobility, const uint8_t *chosen)
 {
-    float reach = FIRST_REACH / (float)(1 + sweep / 4);
-    for (uint32_t v = 0; v < s->q->vertex_count; v++) {
-        if (chosen ? !chosen[v] || mobility[v] == QW_STAYS : mobility[v] != QW_MOVES) continue;
-        move(s, v, reach);
-        if (v % 256 == 0) qw_break_silence(env);
+    uint32_t n = s->q->vertex_count, *list = QW_NEW(env, uint32_t, n), count = 0;
+    for (uint32_t v = 0; v < n; v++)
+        if (chosen ? chosen[v] && mobility[v] != QW_STAYS : mobility[v] == QW_MOVES) list[count++] = v;
+    uint8_t *awake = memset(QW_NEW(env, uint8_t, n), 1, n);
+    const qw_step_search search = {s->q->corner, s->q->position, NULL,     s->begin, s->leaving, awake, LENGTHS, s,
+                                   frame_of,     land,           put_spot, cost_at};
+    bool any = true;
+    for (int sweep = 0; sweep < SWEEPS && any; sweep++) {
+        any = qw_search_all(&search, list, count);
+        qw_break_silence(env);
     }
+    qw_free(env, awake), qw_free(env, list);
 }
 
 /* Whether a corner of the quad turns the wrong way, seen from where the surface is nearest to its middle. */
@@ -197,7 +184,7 @@ static void give_room(qw_env *env, squaring *s, const uint8_t *mobility)
     uint32_t inverted = mark_inverted(s, mobility, marks);
     for (int round = 0; round < ROUNDS && inverted > 0; round++) {
         qw_grow_marks(s->q, ROOM, marks);
-        for (int sweep = 0; sweep < SWEEPS; sweep++) sweep_over(env, s, mobility, marks, sweep);
+        square(env, s, mobility, marks);
         inverted = mark_inverted(s, mobility, marks);
     }
     qw_free(env, marks);
@@ -209,14 +196,9 @@ void qw_square_corners(qw_env *env, qw_quadmesh *q, const uint8_t *mobility, con
     assert(q->twin && surface->face_count > 0 && tree);
     qw_scope_begin(env);
     squaring s = {.q = q, .tree = tree, .normal = qw_face_normals(env, surface)};
-    s.begin = QW_NEW_ZERO(env, uint32_t, (size_t)q->vertex_count + 2);
-    s.leaving = QW_NEW(env, uint32_t, 4 * (size_t)q->face_count);
-    s.hint = QW_NEW(env, uint32_t, q->vertex_count);
-    memset(s.hint, 0xff, q->vertex_count * sizeof *s.hint);
-    for (uint32_t h = 0; h < 4 * q->face_count; h++) s.begin[q->corner[h] + 2]++;
-    for (uint32_t v = 0; v < q->vertex_count; v++) s.begin[v + 2] += s.begin[v + 1];
-    for (uint32_t h = 0; h < 4 * q->face_count; h++) s.leaving[s.begin[q->corner[h] + 1]++] = h;
-    for (int sweep = 0; sweep < SWEEPS; sweep++) sweep_over(env, &s, mobility, NULL, sweep);
+    qw_corners_at_vertices(env, q, &s.begin, &s.leaving);
+    s.hint = memset(QW_NEW(env, uint32_t, q->vertex_count), 0xff, q->vertex_count * sizeof *s.hint);
+    square(env, &s, mobility, NULL);
     give_room(env, &s, mobility);
     qw_scope_end(env);
 }

@@ -1,7 +1,8 @@
 #include "whole/mirror.h"
 
 #include "base/constants.h"
-#include "whole/painted.h"
+#include "remesh/sizes/needs.h"
+#include "remesh/sizes/painted.h"
 #include "whole/sizes.h"
 #include "geometry/bvh.h"
 #include "remesh/clean/marks.h"
@@ -220,7 +221,8 @@ static side cut_surface(qw_run_state *run, const qw_mirror_plane *plane)
 static qw_density *density_of(const qw_run_state *run, const qw_half *half)
 {
     if (!run->whole.input->density) return NULL;
-    qw_density *painted = qw_painted_at_clean(run), *density = QW_NEW(run->env, qw_density, half->vertex_count);
+    qw_density *painted = qw_painted_at_clean(run->env, &run->input, &run->clean),
+               *density = QW_NEW(run->env, qw_density, half->vertex_count);
     for (uint32_t v = 0; v < half->vertex_count; v++) {
         const qw_half_vertex *o = &half->origin[v];
         density[v] = (qw_density)((1 - o->share) * (double)painted[o->from] + o->share * (double)painted[o->to]);

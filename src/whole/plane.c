@@ -18,7 +18,6 @@ enum {
     SAMPLES = 600, /* of each round; all rounds use the same ones */
     ROUNDS = 8,
     JUDGED = 2400, /* samples by which the resulting plane is measured */
-    GRAIN = 64,
     BEGINNINGS = 6 /* start planes: across the coordinate axes and across the principal axes */
 };
 
@@ -161,7 +160,7 @@ static double reflect_all(search *s, const qw_mirror_plane *plane, uint32_t coun
 {
     reflect_task task = {s, plane, JUDGED / count};
     double sum = 0;
-    qw_parallel(s->env, count, GRAIN, reflect_samples, &task);
+    qw_parallel(s->env, count, QW_GRAIN_SEARCH, reflect_samples, &task);
     for (uint32_t i = 0; i < count; i++) sum += (double)s->distance[i];
     return sum / count / s->diagonal;
 }

@@ -1,11 +1,13 @@
 #include "whole/small.h"
 
+#include "base/mechanisms.h"
 #include "whole/kept_rims.h"
 
 #include "base/elementary.h"
 #include "remesh/quads/quad_components.h"
 #include "whole/thin.h"
 #include "remesh/quads/minimal.h"
+#include "remesh/sizes/needs.h"
 #include "whole/sizes.h"
 
 #include <math.h>
@@ -117,12 +119,15 @@ void qw_set_core(qw_run_state *run)
     run->core = (qw_core){.mesh = *mesh, .small_quads = no_quads(run->env)};
     qw_measure_core(run);
     if (qw_may_be_thin(run)) {
-        set_thin_apart(run);
+        if (qw_uses(run->env, QW_MECH_THIN_PARTS)) set_thin_apart(run);
+        qw_did(run->env, QW_MECH_THIN_PARTS, run->core.small_quads.face_count > 0);
         return;
     }
+    if (!qw_uses(run->env, QW_MECH_SMALL_PARTS)) return;
     double edge = qw_edge_wanted(run, run->surface_faces);
     qw_minimal minimal = qw_make_minimal(run->env, mesh, &run->clean_census, edge, LEAST_APART);
     set_small_aside(run, minimal.made, minimal.count, minimal.quads);
+    qw_did(run->env, QW_MECH_SMALL_PARTS, minimal.count);
     qw_free(run->env, minimal.made);
 }
 

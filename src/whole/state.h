@@ -8,7 +8,7 @@
 #include "base/env.h"
 #include "remesh/features/verdict.h"
 #include "remesh/field/orientation.h"
-#include "remesh/sizes/tips.h"
+#include "remesh/sizes/wanted_sizes.h"
 #include "remesh/field/hierarchy.h"
 #include "remesh/offsets/offsets.h"
 #include "geometry/bvh.h"
@@ -19,13 +19,6 @@
 #include "remesh/quads/extract.h"
 #include "whole/steering.h"
 #include "whole/plane.h"
-
-/* A ball (centred frame) in which the wanted edge length is multiplied by QW_REFINED_SIZE, once for each round. */
-typedef struct qw_refinement {
-    qw_vec3 center;
-    float radius;
-    uint32_t round; /* 1, 2, ... */
-} qw_refinement;
 
 /* What the stages from SURFACE on remesh, and the quads of the small components, which were made straight from their
    triangles (whole/small.h). */

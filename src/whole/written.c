@@ -1,4 +1,5 @@
 #include "base/elementary.h"
+#include "base/mechanisms.h"
 #include "whole/written.h"
 
 #include <assert.h>
@@ -12,7 +13,7 @@ static const double MOST_WHOLE = 1e15;
 /* A vertex is drawn by this share of the way to the mean of its neighbours at first, and by twice as much after every
    ROUNDS_A_STEP rounds. */
 static const double FIRST_STEP = 1.0 / 1024;
-enum { ROUNDS = 40, ROUNDS_A_STEP = 5, GRAIN = 8192 };
+enum { ROUNDS = 40, ROUNDS_A_STEP = 5 };
 /* A vertex is pushed by these shares of the longest side of a quad around it: the first, the last, and the factor
    between two. */
 static const double FIRST_PUSH = 1.0 / (1ll << 40), LAST_PUSH = 1.0 / (1 << 10), PUSH_GROWTH = 8;
@@ -217,10 +218,11 @@ static uint32_t separate(qw_env *env, settling *s, uint32_t *moved)
             if (marked[v] && out[v] != QW_NONE) list[count++] = v;
         if (round > 0 && round % ROUNDS_A_STEP == 0) step *= 2;
         draw_apart(env, s, out, list, count, step);
-        qw_parallel(env, m->face_count, GRAIN, flag_degenerate, s);
+        qw_parallel(env, m->face_count, QW_GRAIN_LIGHT, flag_degenerate, s);
     }
     *moved = count;
-    if (first_flagged(s) != QW_NONE) push_apart(s, out);
+    if (first_flagged(s) != QW_NONE && qw_uses(env, QW_MECH_PUSHED_APART))
+        push_apart(s, out), qw_acted(env, QW_MECH_PUSHED_APART, 1);
     return first_flagged(s);
 }
 
@@ -231,10 +233,10 @@ static void round_all(qw_env *env, settling *s)
     uint8_t *kept = QW_NEW_ZERO(env, uint8_t, n);
     double *exact = QW_NEW(env, double, 3 * (size_t)n);
     memcpy(exact, s->position, 3 * (size_t)n * sizeof *exact);
-    qw_parallel(env, s->quads->face_count, GRAIN, flag_short, s);
+    qw_parallel(env, s->quads->face_count, QW_GRAIN_LIGHT, flag_short, s);
     mark_corners(s, kept);
     round_positions(s, kept);
-    qw_parallel(env, s->quads->face_count, GRAIN, flag_degenerate, s);
+    qw_parallel(env, s->quads->face_count, QW_GRAIN_LIGHT, flag_degenerate, s);
     if (first_flagged(s) == QW_NONE) return;
     mark_corners(s, kept);
     for (uint32_t v = 0; v < n; v++)
@@ -248,8 +250,11 @@ uint32_t qw_settle_written(qw_env *env, const qw_quadmesh *quads, double unit, d
     settling s = {quads, unit, position, QW_NEW_ZERO(env, uint8_t, quads->face_count)};
     *moved = 0;
     if (unit > 0) round_all(env, &s);
-    qw_parallel(env, quads->face_count, GRAIN, flag_degenerate, &s);
-    uint32_t left = first_flagged(&s) == QW_NONE ? QW_NONE : separate(env, &s, moved);
+    qw_parallel(env, quads->face_count, QW_GRAIN_LIGHT, flag_degenerate, &s);
+    uint32_t left = first_flagged(&s);
+    if (left != QW_NONE && qw_uses(env, QW_MECH_DRAWN_APART))
+        left = separate(env, &s, moved), qw_acted(env, QW_MECH_DRAWN_APART, 1),
+        qw_kept(env, QW_MECH_DRAWN_APART, left == QW_NONE);
     qw_scope_end(env);
     return left;
 }

@@ -6,7 +6,7 @@
  */
 #include "_native.h"
 
-#include "render.h"
+#include "products/render/render.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -13,6 +13,8 @@ typedef struct qw_picture {
 
 /* The bytes of a PNG file, behind what the pen has. */
 void qw_put_png(qw_env *env, const qw_picture *picture, qw_pen *pen);
+/* Writes such a file as io/file.h does, and fails as it does. */
+void qw_write_png(qw_env *env, const char *path, const qw_picture *picture);
 
 enum { QW_MOST_PIXELS_ALONG = 16384 };
 /* What the head of a PNG, JPEG or WebP file says of its size; false: it is none of them. */

@@ -128,3 +128,14 @@ void qw_put_png(qw_env *env, const qw_picture *picture, qw_pen *pen)
     begin = begin_chunk(pen, "IEND");
     end_chunk(pen, begin);
 }
+
+void qw_write_png(qw_env *env, const char *path, const qw_picture *picture)
+{
+    qw_scope_begin(env);
+    qw_pen pen = {.env = env};
+    qw_put_png(env, picture, &pen);
+    qw_file *file = qw_file_begin(env, path);
+    qw_file_put(file, pen.at, pen.size);
+    qw_file_finish(file);
+    qw_scope_end(env);
+}

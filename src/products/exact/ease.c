@@ -1,13 +1,14 @@
 #include "products/exact/ease.h"
 
 #include "base/vec.h"
+#include "geometry/step_search.h"
 
 #include <assert.h>
 #include <math.h>
 #include <string.h>
 
-enum { SWEEPS = 8, WAYS = 8, MOST_AROUND = 64, GRAIN = 64 };
-/* In edges: the longest step tried; then half of it, and a quarter. */
+enum { SWEEPS = 8, LENGTHS = 3, MOST_COLORS = 64 };
+/* In edges: the longest step tried. */
 static const double LONGEST = 0.12;
 /* What even sides count beside right angles. */
 static const double EVEN = 0.05;
@@ -15,9 +16,8 @@ static const double EVEN = 0.05;
 typedef struct easing {
     const qw_quadmesh *quads;
     const qw_held *held;
-    const uint32_t *outgoing;
+    qw_step_search search;
     uint8_t *ways;      /* uint8_t[vertices]: 0: stays; 1: along a curve; 2: all over its primitive */
-    uint8_t *awake;     /* uint8_t[vertices]: 0: nothing has changed around it since no step was better */
     uint32_t (*end)[2]; /* uint32_t[vertices][2]: neighbours along the curve */
 } easing;
 
@@ -25,8 +25,10 @@ static double *place_of(const easing *e, uint32_t v) { return e->held->place + 3
 
 /* The sum of the squares of the cosines of a quad's corners, and of how uneven its sides are; infinite where a corner
    turns over. */
-static double price_of(const easing *e, uint32_t f)
+static double price_of(void *user, uint32_t v, uint32_t f)
 {
+    (void)v;
+    const easing *e = user;
     const uint32_t *c = e->quads->corner + 4 * (size_t)f;
     double side[4][3], length[4], normal[4][3], up[3] = {0}, sum = 0, mean = 0;
     for (int i = 0; i < 4; i++) {
@@ -47,72 +49,31 @@ static double price_of(const easing *e, uint32_t f)
     return sum;
 }
 
-/* Of the quads at v; of some of them where these cost `most`. */
-static double price_around(const easing *e, uint32_t v, double most)
+static double frame_of(void *user, uint32_t v, qw_spot *here, qw_vec3 axis[2])
 {
-    double sum = 0;
-    uint32_t first = e->outgoing[v], h = first;
-    for (int k = 0; h != QW_NONE && k < MOST_AROUND && sum < most; k++) {
-        sum += price_of(e, h / 4);
-        h = qw_quad_around(e->quads, h);
-        if (h == first) break;
-    }
-    return sum;
-}
-
-/* The place a step away, on the primitives again. */
-static void step_to(const easing *e, uint32_t v, int way, double length, double to[3])
-{
-    static const double across[WAYS][2] = {{1, 0},  {0.7, 0.7},   {0, 1},  {-0.7, 0.7},
-                                           {-1, 0}, {-0.7, -0.7}, {0, -1}, {0.7, -0.7}};
-    const double *p = place_of(e, v);
+    const easing *e = user;
+    const double *p = place_of(e, v), *a = place_of(e, e->end[v][0]), *b = place_of(e, e->end[v][1]);
+    double normal[3];
+    (void)here;
+    if (!e->ways[v]) return 0;
     if (e->ways[v] == 1) {
-        const double *a = place_of(e, e->end[v][0]), *b = place_of(e, e->end[v][1]);
-        double along[3];
-        for (int k = 0; k < 3; k++) along[k] = b[k] - a[k];
-        double size = sqrt(qw_dot_doubles(along, along));
-        for (int k = 0; k < 3; k++) to[k] = p[k] + (size > 0 ? (way == 0 ? length : -length) * along[k] / size : 0);
+        axis[0] = qw_normalize(qw_v3((float)(b[0] - a[0]), (float)(b[1] - a[1]), (float)(b[2] - a[2])));
+        axis[1] = qw_v3(0, 0, 0);
     } else {
-        double normal[3];
         qw_primitive_distance(&e->held->item[e->held->of[v][0]], p, normal);
-        qw_vec3 n = qw_v3((float)normal[0], (float)normal[1], (float)normal[2]), x = qw_any_orthogonal(n),
-                y = qw_cross(n, x);
-        const double u[3] = {(double)x.x, (double)x.y, (double)x.z}, w[3] = {(double)y.x, (double)y.y, (double)y.z};
-        for (int k = 0; k < 3; k++) to[k] = p[k] + length * (across[way][0] * u[k] + across[way][1] * w[k]);
+        qw_vec3 n = qw_v3_of_doubles(normal);
+        axis[0] = qw_any_orthogonal(n), axis[1] = qw_cross(n, axis[0]);
     }
-    e->held->put(e->held->user, v, to);
+    return LONGEST * (double)e->held->edge[v];
 }
 
-static bool improve(const easing *e, uint32_t v)
+/* On the primitives again. */
+static bool land(void *user, uint32_t v, const double to[3], qw_spot *spot)
 {
-    double *place = place_of(e, v), first[3], best[3], least = price_around(e, v, INFINITY),
-           length = LONGEST * (double)e->held->edge[v], shortest = length / 4;
-    bool any = false;
-    memcpy(first, place, sizeof first), memcpy(best, place, sizeof best);
-    for (; length >= shortest; length /= 2) {
-        for (int way = 0; way < (e->ways[v] == 1 ? 2 : WAYS); way++) {
-            double to[3];
-            memcpy(place, first, sizeof first);
-            step_to(e, v, way, length, to);
-            memcpy(place, to, sizeof to);
-            double price = price_around(e, v, least);
-            if (price < least) least = price, memcpy(best, to, sizeof to), any = true;
-        }
-        memcpy(first, best, sizeof best);
-    }
-    memcpy(place, best, sizeof best);
-    return any;
-}
-
-/* What a vertex that has moved is looked at by. */
-static void wake_around(const easing *e, uint32_t v)
-{
-    uint32_t first = e->outgoing[v], h = first;
-    for (int k = 0; h != QW_NONE && k < MOST_AROUND; k++) {
-        for (uint32_t i = 0; i < 4; i++) e->awake[e->quads->corner[4 * (size_t)(h / 4) + i]] = 1;
-        h = qw_quad_around(e->quads, h);
-        if (h == first) break;
-    }
+    const easing *e = user;
+    memcpy(spot->at, to, sizeof spot->at);
+    e->held->put(e->held->user, v, spot->at);
+    return true;
 }
 
 static bool is_of(const easing *e, uint32_t v, uint32_t item)
@@ -160,16 +121,13 @@ typedef struct colors {
 static uint32_t color_of(const easing *e, uint32_t v, const uint8_t *color)
 {
     uint64_t taken = 0;
-    uint32_t first = e->outgoing[v], h = first, free = 0;
-    for (int k = 0; h != QW_NONE && k < MOST_AROUND; k++) {
+    uint32_t free = 0;
+    for (uint32_t k = e->search.begin[v]; k < e->search.begin[v + 1]; k++)
         for (uint32_t i = 0; i < 4; i++) {
-            uint32_t w = e->quads->corner[4 * (size_t)(h / 4) + i];
-            if (w < v && color[w] < MOST_AROUND) taken |= (uint64_t)1 << color[w];
+            uint32_t w = e->quads->corner[(e->search.around[k] & ~3u) + i];
+            if (w < v && color[w] < MOST_COLORS) taken |= (uint64_t)1 << color[w];
         }
-        h = qw_quad_around(e->quads, h);
-        if (h == first) break;
-    }
-    while (free < MOST_AROUND && (taken >> free & 1)) free++;
+    while (free < MOST_COLORS && (taken >> free & 1)) free++;
     return free;
 }
 
@@ -178,17 +136,17 @@ static colors sort_by_color(qw_env *env, const easing *e)
 {
     uint32_t n = e->quads->vertex_count;
     uint8_t *color = QW_NEW(env, uint8_t, n);
-    colors c = {0, QW_NEW_ZERO(env, uint32_t, MOST_AROUND + 2), QW_NEW(env, uint32_t, n)};
-    memset(color, MOST_AROUND, n);
+    colors c = {0, QW_NEW_ZERO(env, uint32_t, MOST_COLORS + 2), QW_NEW(env, uint32_t, n)};
+    memset(color, MOST_COLORS, n);
     for (uint32_t v = 0; v < n; v++) {
         if (!e->ways[v]) continue;
         color[v] = (uint8_t)color_of(e, v, color);
-        if (color[v] < MOST_AROUND) c.begin[color[v] + 2]++;
-        if (color[v] < MOST_AROUND && color[v] >= c.count) c.count = color[v] + 1u;
+        if (color[v] < MOST_COLORS) c.begin[color[v] + 2]++;
+        if (color[v] < MOST_COLORS && color[v] >= c.count) c.count = color[v] + 1u;
     }
     for (uint32_t i = 0; i < c.count; i++) c.begin[i + 2] += c.begin[i + 1];
     for (uint32_t v = 0; v < n; v++)
-        if (color[v] < MOST_AROUND) c.vertex[c.begin[color[v] + 1]++] = v;
+        if (color[v] < MOST_COLORS) c.vertex[c.begin[color[v] + 1]++] = v;
     return c;
 }
 
@@ -204,8 +162,7 @@ static void ease_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     const ease_task *t = user;
     for (uint32_t i = begin; i < end; i++) {
         uint32_t v = t->vertex[i];
-        t->moved[i] = t->e->awake[v] && improve(t->e, v);
-        t->e->awake[v] = 0;
+        t->moved[i] = t->e->search.awake[v] && qw_search_vertex(&t->e->search, v);
     }
 }
 
@@ -214,9 +171,9 @@ static bool ease_color(qw_env *env, const easing *e, const uint32_t *vertex, uin
 {
     bool any = false;
     ease_task t = {e, vertex, moved};
-    qw_parallel(env, count, GRAIN, ease_block, &t);
+    qw_parallel(env, count, QW_GRAIN_SEARCH, ease_block, &t);
     for (uint32_t i = 0; i < count; i++)
-        if (moved[i]) wake_around(e, vertex[i]), any = true;
+        if (moved[i]) qw_wake_around(&e->search, vertex[i]), any = true;
     return any;
 }
 
@@ -225,11 +182,14 @@ void qw_ease_angles(qw_env *env, const qw_quadmesh *quads, const qw_held *held, 
     assert(quads->twin && held->place && held->put);
     uint32_t n = quads->vertex_count;
     qw_scope_begin(env);
-    easing e = {.quads = quads, .held = held, .outgoing = qw_quadmesh_outgoing(env, quads)};
+    uint8_t *awake = memset(QW_NEW(env, uint8_t, n), 1, n);
+    easing e = {.quads = quads, .held = held};
+    e.search = (qw_step_search){quads->corner, NULL, held->place, NULL, NULL, awake,
+                                LENGTHS,       &e,   frame_of,    land, NULL, price_of};
+    qw_corners_at_vertices(env, quads, &e.search.begin, &e.search.around);
     e.ways = QW_NEW_ZERO(env, uint8_t, n);
     e.end = qw_alloc(env, n, sizeof *e.end);
     find_ways(&e, stays, QW_NEW_ZERO(env, uint8_t, n));
-    e.awake = memset(QW_NEW(env, uint8_t, n), 1, n);
     colors c = sort_by_color(env, &e);
     uint8_t *moved = QW_NEW(env, uint8_t, n);
     bool any = true;

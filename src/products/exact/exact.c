@@ -1,9 +1,10 @@
 #include "products/exact/exact.h"
 
+#include "base/mechanisms.h"
 #include "base/constants.h"
 #include "products/exact/rows.h"
 #include "products/limit/fit_shape.h"
-#include "products/limit/flip_guard.h"
+#include "geometry/go_back.h"
 
 #include <assert.h>
 #include <math.h>
@@ -446,8 +447,8 @@ static uint32_t settle(holding *w)
 /* No quad is made bad for what a vertex lies on. */
 static void take_back(holding *w, const double *first)
 {
-    uint8_t *back = QW_NEW_ZERO(w->env, uint8_t, w->quads->vertex_count);
-    qw_undo_bad(w->quads, w->place, first, WORSE, back);
+    uint8_t *back = QW_NEW(w->env, uint8_t, w->quads->vertex_count);
+    qw_undo_bad(w->env, w->quads, w->place, first, WORSE, back);
     for (uint32_t v = 0; v < w->quads->vertex_count; v++)
         if (back[v]) w->of[v][0] = w->of[v][1] = QW_NONE;
 }
@@ -488,14 +489,15 @@ uint32_t qw_put_on_primitives(qw_env *env, qw_quadmesh *quads, double *place, co
     project_all(&w);
     double *put = QW_NEW(env, double, 3 * (size_t)n);
     memcpy(put, place, 3 * (size_t)n * sizeof *put);
-    if (exact->evens && has_rounds(exact->found)) {
+    if (exact->evens && has_rounds(exact->found) && qw_uses(env, QW_MECH_EVEN_ROWS)) {
+        qw_did(env, QW_MECH_EVEN_ROWS, 1);
         w.most = 1; /* what goes along with circles is off as far as these turn */
         qw_even_rows(env, quads,
                      &(qw_held){w.item, w.item_count, w.of, w.edge, w.place, project_all, put_one, find_tangent_rows,
                                 leave_tangent, w.on_tangent, &w});
         project_all(&w);
     }
-    qw_undo_bad(quads, place, put, WORSE, NULL);
+    qw_undo_bad(env, quads, place, put, WORSE, NULL);
     take_back(&w, first);
     uint32_t count = settle(&w);
     memcpy(position, quads->position, n * sizeof *position);

@@ -1,5 +1,7 @@
 #include "products/exact/rows.h"
 
+#include "geometry/go_back.h"
+#include "base/mechanisms.h"
 #include "products/exact/ease.h"
 #include "base/elementary.h"
 
@@ -16,10 +18,7 @@ static const double PARALLEL = 1e-9;
 /* In edges: a row around an axis is one whose vertices differ by less in height. */
 static const double ONE_ROW = 0.7;
 
-enum {
-    SWEEPS = 24,    /* of spreading ways: vertices farther off stay */
-    BACK_ROUNDS = 8 /* of taking vertices back */
-};
+enum { SWEEPS = 24 }; /* of spreading ways: vertices farther off stay */
 /* The least sine of the corners of a quad that may still become worse. */
 static const double GOOD = 0.3;
 
@@ -450,28 +449,42 @@ static double least_sine(const qw_quadmesh *q, uint32_t f, const double *place)
     return least;
 }
 
-void qw_undo_bad(const qw_quadmesh *q, double *place, const double *before, double slack, uint8_t *back)
+typedef struct undoing {
+    const qw_quadmesh *quads;
+    double *place;
+    const double *before;
+    double slack;
+} undoing;
+
+static void find_worse(qw_env *env, void *user, uint8_t *is_worse)
 {
-    bool any = true;
-    for (int round = 0; round < BACK_ROUNDS && any; round++) {
-        any = false;
-        for (uint32_t f = 0; f < q->face_count; f++) {
-            double is = least_sine(q, f, place), was = least_sine(q, f, before);
-            if (is >= GOOD || is >= was - slack) continue;
-            any = true;
-            for (size_t i = 0; i < 4; i++) {
-                size_t v = q->corner[4 * (size_t)f + i];
-                memcpy(place + 3 * v, before + 3 * v, 3 * sizeof *before);
-                if (back) back[v] = 1;
-            }
-        }
+    (void)env;
+    const undoing *u = user;
+    for (uint32_t f = 0; f < u->quads->face_count; f++) {
+        double is = least_sine(u->quads, f, u->place);
+        is_worse[f] = is < GOOD && is < least_sine(u->quads, f, u->before) - u->slack;
     }
+}
+
+static void undo(void *user, uint32_t v, float share)
+{
+    (void)share;
+    const undoing *u = user;
+    memcpy(u->place + 3 * (size_t)v, u->before + 3 * (size_t)v, 3 * sizeof *u->place);
+}
+
+void qw_undo_bad(qw_env *env, const qw_quadmesh *q, double *place, const double *before, double slack, uint8_t *back)
+{
+    undoing u = {q, place, before, slack};
+    qw_go_back(env, &(qw_going_back){q, true, &u, find_worse, undo}, back);
 }
 
 /* Right angles again around what was moved: circles, lines and rows have their places. */
 static void ease(const evening *e)
 {
     uint32_t n = e->quads->vertex_count;
+    if (!qw_uses(e->env, QW_MECH_EASED)) return;
+    qw_did(e->env, QW_MECH_EASED, 1);
     uint8_t *stays = QW_NEW(e->env, uint8_t, n);
     for (uint32_t v = 0; v < n; v++)
         stays[v] = e->circle[v] != QW_NONE || (e->fixed[v] && e->curves[v] == 0) || e->held->on_tangent[v];
@@ -505,8 +518,8 @@ void qw_even_rows(qw_env *env, const qw_quadmesh *quads, const qw_held *held)
     spread(&e, between);
     held->settle(held->user);
     ease(&e);
-    uint8_t *back = QW_NEW_ZERO(env, uint8_t, n);
-    qw_undo_bad(quads, held->place, before, 1e-12, back);
+    uint8_t *back = QW_NEW(env, uint8_t, n);
+    qw_undo_bad(env, quads, held->place, before, 1e-12, back);
     for (uint32_t v = 0; v < n; v++)
         if (back[v] && held->on_tangent[v]) held->leave_tangent(held->user, v);
     ease(&e);

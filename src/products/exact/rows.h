@@ -11,6 +11,7 @@ void qw_even_rows(qw_env *env, const qw_quadmesh *quads, const qw_held *held);
 
 /* Where a quad would become bad, and worse by more than `slack` than it was, least sines of its corners both, its
    vertices go back to `before`, double[vertices][3], and back, uint8_t[vertices], is 1 (NULL: not told). */
-void qw_undo_bad(const qw_quadmesh *quads, double *place, const double *before, double slack, uint8_t *back);
+void qw_undo_bad(qw_env *env, const qw_quadmesh *quads, double *place, const double *before, double slack,
+                 uint8_t *back);
 
 #endif

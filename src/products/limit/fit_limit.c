@@ -1,7 +1,7 @@
 #include "products/limit/fit_limit.h"
 
 #include "products/limit/stencils.h"
-#include "products/limit/flip_guard.h"
+#include "geometry/go_back.h"
 #include "solve/cg.h"
 
 #include <assert.h>
@@ -10,8 +10,7 @@
 
 enum {
     PROJECTIONS = 5,
-    MOST_ITERATIONS = 60, /* of conjugate gradients: then the error is a hundredth of a distance */
-    BACK_ROUNDS = 8       /* of taking back what turns the limit surface over */
+    MOST_ITERATIONS = 60 /* of conjugate gradients: then the error is a hundredth of a distance */
 };
 static const double TOLERANCE = 1e-3;
 /* How much a distance along the shape counts, squared, beside one from it. */
@@ -306,29 +305,39 @@ static void project(qw_env *env, fitting *t, double *x, const double *x0)
 
 /* ---- no limit surface that turns over */
 
-/* Halves the way of the vertices of quads of which a part of the limit surface flipped against that of `before`. */
+typedef struct holding {
+    fitting *t;
+    const qw_vec3 *before, *wanted; /* qw_vec3[vertices] */
+    const qw_vec3 *was;             /* qw_vec3[samples]: the limit surface of `before` */
+} holding;
+
+static void find_turned(qw_env *env, void *user, uint8_t *is_worse)
+{
+    const holding *h = user;
+    const qw_quadmesh *split = &h->t->split;
+    qw_stencils_place(env, &h->t->limit, h->t->quads->position, split->position);
+    for (uint32_t c = 0; c < split->face_count; c++) {
+        const uint32_t *corner = split->corner + 4 * (size_t)c;
+        qw_vec3 is = qw_quad_cross(split->position, corner), old = qw_quad_cross(h->was, corner);
+        if (qw_dot(is, old) <= 0 && qw_length2(old) > 0) is_worse[c / 4] = 1;
+    }
+}
+
+static void put_back(void *user, uint32_t v, float share)
+{
+    const holding *h = user;
+    h->t->quads->position[v] = qw_lerp(h->before[v], h->wanted[v], share);
+}
+
+/* Takes back the vertices of quads of which a part of the limit surface flipped against that of `before`. */
 static void hold_back_limit_flips(qw_env *env, fitting *t, const qw_vec3 *before)
 {
-    qw_quadmesh was = t->split;
-    was.position = QW_NEW(env, qw_vec3, samples_of(t));
-    qw_stencils_place(env, &t->limit, before, was.position);
-    for (int round = 0; round < BACK_ROUNDS; round++) {
-        uint32_t turned = 0;
-        uint8_t *back = QW_NEW_ZERO(env, uint8_t, t->quads->vertex_count);
-        qw_stencils_place(env, &t->limit, t->quads->position, t->split.position);
-        for (uint32_t c = 0; c < t->split.face_count; c++) {
-            const uint32_t *corner = t->split.corner + 4 * (size_t)c;
-            qw_vec3 is = qw_quad_cross(t->split.position, corner), old = qw_quad_cross(was.position, corner);
-            if (qw_dot(is, old) > 0 || qw_length2(old) == 0) continue;
-            turned++;
-            for (uint32_t i = 0; i < 4; i++) back[t->quads->corner[4 * (size_t)(c / 4) + i]] = 1;
-        }
-        for (uint32_t v = 0; v < t->quads->vertex_count; v++)
-            if (back[v])
-                t->quads->position[v] = qw_lerp(before[v], t->quads->position[v], round + 1 < BACK_ROUNDS ? 0.5f : 0);
-        qw_free(env, back);
-        if (turned == 0) break;
-    }
+    uint32_t n = t->quads->vertex_count;
+    qw_vec3 *was = QW_NEW(env, qw_vec3, samples_of(t)), *wanted = QW_NEW(env, qw_vec3, n);
+    qw_stencils_place(env, &t->limit, before, was);
+    memcpy(wanted, t->quads->position, n * sizeof *wanted);
+    holding h = {t, before, wanted, was};
+    qw_go_back(env, &(qw_going_back){t->quads, false, &h, find_turned, put_back}, NULL);
 }
 
 static void begin(qw_env *env, fitting *t)

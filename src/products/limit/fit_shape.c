@@ -1,7 +1,7 @@
 #include "products/limit/fit_shape.h"
 
 #include "products/limit/stencils.h"
-#include "products/limit/flip_guard.h"
+#include "geometry/go_back.h"
 
 #include <assert.h>
 #include <math.h>

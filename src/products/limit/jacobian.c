@@ -4,13 +4,14 @@
  */
 #include "products/limit/jacobian.h"
 
+#include "geometry/step_search.h"
 #include "products/limit/stencils.h"
 
 #include <assert.h>
 #include <math.h>
 #include <string.h>
 
-enum { ROUNDS = 16, LENGTHS = 4, WAYS = 8, MOST_AROUND = 64 };
+enum { ROUNDS = 16, LENGTHS = 4 };
 /* Of the longest step tried, in edges; each next is half as long. And how far a vertex may get in all. */
 static const float LONGEST = 0.3f, FARTHEST = 1;
 /* Above the aim, so that rounding does not lose it; and what angles count beside it. */
@@ -22,10 +23,11 @@ typedef struct raising {
     qw_quadmesh *quads;
     const qw_shape *shape;
     const uint8_t *rule, *stays;
+    uint8_t *was_good; /* uint8_t[quads]: at the aim already, where it is to stay */
     uint32_t (*crease)[2];
-    const uint32_t *outgoing;
     const float *edge;
     const qw_vec3 *normal, *start; /* qw_vec3[vertices]: normals and places at first */
+    qw_vec3 along;                 /* of the curve at the vertex that is searched */
     float aim;
 } raising;
 
@@ -45,102 +47,64 @@ float qw_scaled_jacobian(const qw_vec3 *position, const uint32_t *corner)
     return least;
 }
 
-/* What the quads around v miss, by their corners; infinite where one faces away. */
-static float missed_around(const raising *r, uint32_t v)
+/* What a quad's corners miss; infinite where it was at the aim and would not be. */
+static double cost_at(void *user, uint32_t v, uint32_t f)
 {
-    const qw_quadmesh *q = r->quads;
-    float sum = 0;
-    uint32_t h = r->outgoing[v];
-    for (int k = 0; h != QW_NONE && k < MOST_AROUND; k++) {
-        const uint32_t *corner = q->corner + 4 * (size_t)(h / 4);
-        qw_vec3 up = qw_normalize(qw_quad_cross(q->position, corner));
-        for (uint32_t i = 0; i < 4; i++) {
-            float sine = corner_sine(q->position, corner, i, up), lack = fmaxf(r->aim + MARGIN - sine, 0);
-            sum += lack * lack + FAIRNESS * (1 - sine) * (1 - sine);
-        }
-        if (qw_dot(up, r->normal[v]) < FACES) sum += 4;
-        h = qw_quad_around(q, h);
-        if (h == r->outgoing[v]) break;
+    const raising *r = user;
+    const qw_vec3 *position = r->quads->position;
+    const uint32_t *corner = r->quads->corner + 4 * (size_t)f;
+    qw_vec3 up = qw_normalize(qw_quad_cross(position, corner));
+    float sum = qw_dot(up, r->normal[v]) < FACES ? 4 : 0;
+    for (uint32_t i = 0; i < 4; i++) {
+        float sine = corner_sine(position, corner, i, up), lack = fmaxf(r->aim + MARGIN - sine, 0);
+        if (sine < r->aim && r->was_good[f]) return INFINITY;
+        sum += lack * lack + FAIRNESS * (1 - sine) * (1 - sine);
     }
-    return sum;
+    return (double)sum;
 }
 
-/* The least scaled Jacobian of the quads around v, but for those below the aim at first. */
-static bool goes_below(const raising *r, uint32_t v, const uint8_t *was_good)
+static double frame_of(void *user, uint32_t v, qw_spot *here, qw_vec3 axis[2])
 {
-    uint32_t h = r->outgoing[v];
-    for (int k = 0; h != QW_NONE && k < MOST_AROUND; k++) {
-        uint32_t f = h / 4;
-        if (was_good[f] && qw_scaled_jacobian(r->quads->position, r->quads->corner + 4 * (size_t)f) < r->aim)
-            return true;
-        h = qw_quad_around(r->quads, h);
-        if (h == r->outgoing[v]) break;
-    }
-    return false;
-}
-
-/* Where a step leads; false where there is nothing near. */
-static bool step_to(const raising *r, uint32_t v, int way, float length, qw_vec3 *to)
-{
-    static const float across[WAYS][2] = {{1, 0},  {0.7f, 0.7f},   {0, 1},  {-0.7f, 0.7f},
-                                          {-1, 0}, {-0.7f, -0.7f}, {0, -1}, {0.7f, -0.7f}};
+    raising *r = user;
     const qw_vec3 *at = r->quads->position;
-    qw_shape_hit hit;
-    uint32_t hint = QW_NONE;
+    if (r->rule[v] == QW_RULE_CORNER || (r->stays && r->stays[v])) return 0;
+    (void)here;
+    axis[0] = qw_any_orthogonal(r->normal[v]), axis[1] = qw_cross(r->normal[v], axis[0]);
     if (r->rule[v] == QW_RULE_CREASE) {
-        qw_vec3 tangent = qw_normalize(qw_sub(at[r->crease[v][1]], at[r->crease[v][0]]));
-        hit = qw_nearest_on_curves(r->shape, qw_madd(at[v], way == 0 ? length : -length, tangent), tangent, r->edge[v]);
-    } else {
-        qw_vec3 x = qw_any_orthogonal(r->normal[v]), y = qw_cross(r->normal[v], x);
-        qw_vec3 aimed = qw_madd(qw_madd(at[v], length * across[way][0], x), length * across[way][1], y);
-        hit = qw_nearest_on_shape(r->shape, r->quads->component[v], aimed, r->normal[v], r->edge[v], &hint);
+        r->along = qw_normalize(qw_sub(at[r->crease[v][1]], at[r->crease[v][0]]));
+        axis[0] = r->along, axis[1] = qw_v3(0, 0, 0);
     }
-    *to = hit.point;
+    return (double)(LONGEST * r->edge[v]);
+}
+
+static bool land(void *user, uint32_t v, const double aimed[3], qw_spot *spot)
+{
+    const raising *r = user;
+    qw_vec3 to = qw_v3_of_doubles(aimed);
+    qw_shape_hit hit = r->rule[v] == QW_RULE_CREASE ? qw_nearest_on_curves(r->shape, to, r->along, r->edge[v])
+                                                    : qw_nearest_on_shape(r->shape, r->quads->component[v], to,
+                                                                          r->normal[v], r->edge[v], &spot->on);
+    qw_to_doubles(hit.point, spot->at);
     return hit.is_found && qw_distance(hit.point, r->start[v]) <= FARTHEST * r->edge[v];
 }
 
-static bool improve(const raising *r, uint32_t v, const uint8_t *was_good)
-{
-    if (r->rule[v] == QW_RULE_CORNER || (r->stays && r->stays[v])) return false;
-    qw_vec3 *place = &r->quads->position[v], first = *place, best = first;
-    float least = missed_around(r, v), length = LONGEST * r->edge[v];
-    int ways = r->rule[v] == QW_RULE_CREASE ? 2 : WAYS;
-    bool any = false;
-    for (int k = 0; k < LENGTHS; k++, length *= 0.5f) {
-        for (int way = 0; way < ways; way++) {
-            qw_vec3 to;
-            *place = first;
-            if (!step_to(r, v, way, length, &to)) continue;
-            *place = to;
-            float missed = missed_around(r, v);
-            if (!(missed < 0.999f * least) || goes_below(r, v, was_good)) continue;
-            least = missed, best = to, any = true;
-        }
-        first = best;
-    }
-    *place = best;
-    return any;
-}
-
-/* Marks the vertices of bad quads, and of the quads around them; returns how many quads are bad. */
-static uint32_t mark_bad(const raising *r, uint8_t *wanted, uint8_t *was_good)
+/* Lists the vertices of bad quads, and of the quads around them; returns how many quads are bad. */
+static uint32_t list_around_bad(const raising *r, uint8_t *marks, uint32_t *list, uint32_t *count)
 {
     const qw_quadmesh *q = r->quads;
-    uint32_t count = 0;
-    memset(wanted, 0, q->vertex_count);
+    uint32_t bad = 0;
+    memset(marks, 0, q->vertex_count);
     for (uint32_t f = 0; f < q->face_count; f++) {
         const uint32_t *corner = q->corner + 4 * (size_t)f;
-        was_good[f] = qw_scaled_jacobian(q->position, corner) >= r->aim;
-        for (int i = 0; i < 4 && !was_good[f]; i++) wanted[corner[i]] = 2;
-        count += !was_good[f];
+        r->was_good[f] = qw_scaled_jacobian(q->position, corner) >= r->aim;
+        for (int i = 0; i < 4 && !r->was_good[f]; i++) marks[corner[i]] = 1;
+        bad += !r->was_good[f];
     }
-    for (uint32_t f = 0; f < q->face_count; f++) {
-        const uint32_t *corner = q->corner + 4 * (size_t)f;
-        bool beside = false;
-        for (int i = 0; i < 4; i++) beside |= wanted[corner[i]] == 2;
-        for (int i = 0; i < 4; i++) wanted[corner[i]] |= beside;
-    }
-    return count;
+    qw_grow_marks(q, 2, marks);
+    *count = 0;
+    for (uint32_t v = 0; v < q->vertex_count; v++)
+        if (marks[v]) list[(*count)++] = v;
+    return bad;
 }
 
 uint32_t qw_raise_jacobians(qw_env *env, qw_quadmesh *q, const qw_shape *shape, const uint8_t *stays, float aim)
@@ -153,20 +117,20 @@ uint32_t qw_raise_jacobians(qw_env *env, qw_quadmesh *q, const qw_shape *shape, 
     raising r = {.quads = q, .shape = shape, .stays = stays, .start = q->position, .aim = aim};
     r.crease = qw_alloc(env, n, sizeof *r.crease);
     r.rule = qw_find_rules(env, q, r.crease), r.edge = qw_edges_around(env, q);
-    r.normal = qw_quadmesh_vertex_normals(env, q), r.outgoing = qw_quadmesh_outgoing(env, q);
-    uint8_t *wanted = QW_NEW(env, uint8_t, n), *was_good = QW_NEW(env, uint8_t, q->face_count);
+    r.normal = qw_quadmesh_vertex_normals(env, q), r.was_good = QW_NEW(env, uint8_t, q->face_count);
+    uint8_t *awake = QW_NEW(env, uint8_t, n), *marks = QW_NEW(env, uint8_t, n);
+    qw_step_search search = {q->corner, position, NULL, NULL, NULL, awake, LENGTHS, &r, frame_of, land, NULL, cost_at};
+    qw_corners_at_vertices(env, q, &search.begin, &search.around);
+    uint32_t *list = QW_NEW(env, uint32_t, n), count;
     q->position = position;
     bool any = true;
     for (int round = 0; round < ROUNDS && any; round++) {
-        any = false;
-        uint32_t count = mark_bad(&r, wanted, was_good);
-        if (round == 0) bad = count;
-        if (count == 0) break;
-        for (uint32_t v = 0; v < n; v++) {
-            if (!wanted[v]) continue;
-            qw_break_silence(env);
-            any |= improve(&r, v, was_good);
-        }
+        uint32_t bad_now = list_around_bad(&r, marks, list, &count);
+        if (round == 0) bad = bad_now;
+        if (bad_now == 0) break;
+        qw_break_silence(env);
+        memset(awake, 1, n);
+        any = qw_search_all(&search, list, count);
     }
     qw_scope_end(env);
     return bad;

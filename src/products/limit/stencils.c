@@ -3,8 +3,6 @@
 #include <assert.h>
 #include <string.h>
 
-enum { GRAIN = 512 };
-
 /* ---- the rules */
 
 static bool is_sharp(const qw_quadmesh *q, uint32_t h)
@@ -295,7 +293,7 @@ static void apply_block(void *user, uint32_t block, uint32_t begin, uint32_t end
 void qw_stencils_apply(qw_env *env, const qw_stencils *s, const double *in, double *out)
 {
     application a = {.s = s, .in = in, .out = out};
-    qw_parallel(env, s->row_count, GRAIN, apply_block, &a);
+    qw_parallel(env, s->row_count, QW_GRAIN_HEAVY, apply_block, &a);
 }
 
 static void place_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -315,5 +313,5 @@ static void place_block(void *user, uint32_t block, uint32_t begin, uint32_t end
 void qw_stencils_place(qw_env *env, const qw_stencils *s, const qw_vec3 *in, qw_vec3 *out)
 {
     application a = {.s = s, .in_single = in, .out_single = out};
-    qw_parallel(env, s->row_count, GRAIN, place_block, &a);
+    qw_parallel(env, s->row_count, QW_GRAIN_HEAVY, place_block, &a);
 }

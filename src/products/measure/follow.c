@@ -24,7 +24,6 @@ enum {
     MIRRORED = 2000,        /* samples mirrored at each plane */
     MOST_VERTICES = 200000, /* mirrored for the mean distance; of more as many, evenly */
     PIECES_A_TRIANGLE = 32, /* of a ball, that are looked at in the time that a triangle takes */
-    GRAIN = 64
 };
 
 static const double degrees = 180 / 3.14159265358979323846;
@@ -152,7 +151,7 @@ static void measure_follow(qw_env *env, const qw_mesh_view *mesh, const qw_polyg
     t.angle = QW_NEW(env, float, t.samples);
     t.weight = QW_NEW(env, float, t.samples);
     t.clear = QW_NEW(env, uint8_t, t.samples);
-    qw_parallel(env, t.samples, GRAIN, follow_samples, &t);
+    qw_parallel(env, t.samples, QW_GRAIN_SEARCH, follow_samples, &t);
     sum_follow(&t, quality);
 }
 
@@ -284,7 +283,7 @@ static bool find_mirror(qw_env *env, const qw_surface *in, plane *found)
     mirror_task t = {.in = in, .planes = planes, .point = point, .samples = MIRRORED, .reach = (float)best};
     t.samples = thin_mirrored(&t, point);
     t.distance = QW_NEW(env, float, (size_t)PLANES *t.samples);
-    qw_parallel(env, PLANES * t.samples, GRAIN, mirror_samples, &t);
+    qw_parallel(env, PLANES * t.samples, QW_GRAIN_SEARCH, mirror_samples, &t);
     bool any = false;
     for (uint32_t k = 0; k < PLANES; k++) {
         double gap = qw_percentile(t.distance + (size_t)k * t.samples, t.samples, MIRROR_SHARE);
@@ -313,7 +312,7 @@ static void measure_mirror(qw_env *env, const qw_mesh_view *mesh, const qw_polyg
     mirror_task t = {.planes = &found, .point = point, .nearby = qw_curve_tree_build(env, point, point, count)};
     t.vertices = count, t.samples = count < MOST_VERTICES ? count : MOST_VERTICES;
     t.distance = QW_NEW(env, float, t.samples);
-    qw_parallel(env, t.samples, GRAIN, mirror_vertices, &t);
+    qw_parallel(env, t.samples, QW_GRAIN_SEARCH, mirror_vertices, &t);
     double sum = 0;
     for (uint32_t i = 0; i < t.samples; i++) sum += (double)t.distance[i];
     quality->mirror = sum / t.samples / edge;
@@ -378,7 +377,7 @@ void qw_find_quad_angles(qw_env *env, const qw_mesh_view *mesh, const qw_mesh_vi
         angle_task t = {.mesh = mesh, .edges = &edges, .out = &out, .in = &in, .quad = quad};
         t.curvature = qw_ball_curvature_make(env, &in, against, ball_radius(&in, count));
         t.angle = angle, t.weight = weight;
-        qw_parallel(env, count, GRAIN, find_angles, &t);
+        qw_parallel(env, count, QW_GRAIN_SEARCH, find_angles, &t);
     }
     qw_scope_end(env);
 }

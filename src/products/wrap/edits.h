@@ -1,4 +1,5 @@
-/* Places and steps of the vertices of a skin, as shrink.c and edits.c share them. Lengths are in units of the lattice.
+/* Places and steps of the vertices of a skin, as shrink.c and skin_features.c share them. Lengths are in units of the
+ * lattice.
  */
 #ifndef QW_PRODUCTS_WRAP_EDITS_H
 #define QW_PRODUCTS_WRAP_EDITS_H

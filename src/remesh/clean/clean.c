@@ -2,6 +2,7 @@
  * it the centred frame, in double, so that huge, tiny and far coordinates are no special cases. */
 #include "remesh/clean/clean.h"
 
+#include "base/mechanisms.h"
 #include "remesh/clean/junctions.h"
 #include "remesh/clean/own_frame.h"
 #include "geometry/triangulate.h"
@@ -13,8 +14,6 @@
 
 /* Boundary vertices closer than this share of the bounding box's diagonal may be one vertex written twice. */
 static const double NEAR = 1e-6;
-
-enum { GRAIN = 16384 };
 
 /* Marks the vertices on edges with one side; returns their number. */
 static uint32_t find_open(const qw_sheets *s, const qw_edges *edges, uint8_t *open)
@@ -68,7 +67,9 @@ static void weld_near(qw_env *env, qw_sheets *s, qw_edges *edges, qw_clean_count
 /* Splits edges at vertices that lie on them. */
 static void sew(qw_env *env, qw_sheets *s, qw_edges *edges, qw_clean_counts *counts)
 {
+    if (!qw_uses(env, QW_MECH_JUNCTIONS)) return;
     counts->sewn_junctions = qw_sew_junctions(env, s, NEAR, edges);
+    qw_did(env, QW_MECH_JUNCTIONS, counts->sewn_junctions);
     if (counts->sewn_junctions > 0) gather_again(env, s, edges);
 }
 
@@ -101,9 +102,9 @@ static void hold_corners(void *user, uint32_t block, uint32_t begin, uint32_t en
 
 static box box_of_corners(qw_env *env, const qw_sheets *s, const double *position)
 {
-    uint32_t blocks = qw_block_count(s->face_count, GRAIN);
+    uint32_t blocks = qw_block_count(s->face_count, QW_GRAIN_LIGHT);
     boxing a = {s, position, QW_NEW(env, box, blocks)};
-    qw_parallel(env, s->face_count, GRAIN, hold_corners, &a);
+    qw_parallel(env, s->face_count, QW_GRAIN_LIGHT, hold_corners, &a);
     box all = empty_box;
     for (uint32_t b = 0; b < blocks; b++)
         for (int k = 0; k < 3; k++) {
@@ -194,7 +195,8 @@ static qw_clean result_of(qw_env *env, const qw_sheets *s, const qw_frame *frame
         const double *p = s->position + 3 * (size_t)s->point[v];
         c.mesh.position[v] = qw_v3((float)p[0], (float)p[1], (float)p[2]);
     }
-    c.own = qw_take_own_frames(env, s, c.mesh.position);
+    if (qw_uses(env, QW_MECH_OWN_FRAMES)) c.own = qw_take_own_frames(env, s, c.mesh.position);
+    qw_did(env, QW_MECH_OWN_FRAMES, c.own.count);
     if (c.own.count > 0) qw_log(env, QW_LOG_DEBUG, "%u components have frames of their own", c.own.count);
     qw_keep(env, c.own.frame);
     qw_keep(env, c.mesh.position);
@@ -222,7 +224,10 @@ static void make_sheets(qw_env *env, qw_sheets *s, qw_edges *edges, double least
     counts->split_vertices = qw_split_fans(env, s);
     counts->dropped_isolated = named + counts->split_vertices - s->vertex_count - counts->welded_vertices;
     if (least_share > 0) counts->dropped_components = qw_drop_small_components(env, s, least_share);
-    uint32_t separated = crowded + oriented.seams > 0 ? qw_split_parallel_edges(env, s) : 0;
+    uint32_t separated = crowded + oriented.seams > 0 && qw_uses(env, QW_MECH_PARALLEL_EDGES)
+                             ? qw_split_parallel_edges(env, s)
+                             : 0;
+    qw_did(env, QW_MECH_PARALLEL_EDGES, separated);
     if (counts->dropped_components + separated > 0) {
         s->component = QW_NEW(env, uint32_t, s->face_count);
         s->components = qw_label_components(env, 3, s->twin, s->face_count, s->component);
@@ -255,7 +260,8 @@ qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input, double least
     if (counts.dropped_components + counts.dropped_flat > 0) tighten_frame(env, &s, &frame);
     qw_progress(env, 0.9);
     qw_clean clean = result_of(env, &s, &frame, &counts);
-    clean.counts.unfolded_vertices = qw_unfold(env, input, &frame, &clean.mesh);
+    if (qw_uses(env, QW_MECH_UNFOLD)) clean.counts.unfolded_vertices = qw_unfold(env, input, &frame, &clean.mesh);
+    qw_did(env, QW_MECH_UNFOLD, clean.counts.unfolded_vertices);
     qw_scope_end(env);
     return clean;
 }

@@ -3,6 +3,7 @@
  * one stays, where the two others, each sharper, would leave a row of quads between them that is too thin. */
 #include "remesh/features/decide.h"
 
+#include "base/mechanisms.h"
 #include "base/sort.h"
 #include "remesh/features/bands.h"
 
@@ -146,8 +147,10 @@ uint8_t *qw_decide_curves(qw_env *env, const qw_trimesh *mesh, const float *leas
     d.graph = qw_feature_graph_build(env, mesh, d.verdict, QW_VERDICT_BIT(QW_CURVE_KEPT));
     d.goes_on = QW_NEW_ZERO(env, uint8_t, mesh->vertex_count);
     d.bands = qw_find_bands(env, mesh, &d.graph, least);
-    bool any = d.bands.narrow_count > 0 && let_weaker_go(env, &d);
-    for (int round = 0; round < ROUNDS && any; round++) any = let_pieces_go(env, &d, least);
+    bool any = d.bands.narrow_count > 0 && qw_uses(env, QW_MECH_NARROW_CURVES) && let_weaker_go(env, &d);
+    qw_did(env, QW_MECH_NARROW_CURVES, any);
+    for (int round = 0; round < ROUNDS && any && qw_uses(env, QW_MECH_LOOSE_PIECES); round++)
+        any = let_pieces_go(env, &d, least), qw_did(env, QW_MECH_LOOSE_PIECES, any);
     qw_scope_end(env);
     return d.verdict;
 }

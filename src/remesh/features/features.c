@@ -21,6 +21,7 @@
  * their longest edge: the slivers of machined parts lie in a smooth face more often than not. */
 #include "remesh/features/features.h"
 
+#include "base/mechanisms.h"
 #include "base/constants.h"
 #include "base/elementary.h"
 #include "remesh/features/stairs.h"
@@ -335,9 +336,11 @@ static void find_stairs(qw_env *env, const creases *c, const uint32_t *label, ne
         asked[i] = is_crease(&list[i], speck, wing_share);
         if (asked[i]) all += list[i].length;
     }
-    if (speck > 0) qw_find_steps(env, c->mesh, c->normal, &(qw_step_networks){label, asked}, speck, steps);
+    if (speck > 0 && qw_uses(env, QW_MECH_STAIRS))
+        qw_find_steps(env, c->mesh, c->normal, &(qw_step_networks){label, asked}, speck, steps);
     for (uint32_t i = 0; i < count; i++) askew += steps[i].askew;
     for (uint32_t i = 0; i < count; i++) list[i].stairs = askew > MOST_STEPS * all ? steps[i].back : 0;
+    for (uint32_t i = 0; i < count; i++) qw_did(env, QW_MECH_STAIRS, list[i].stairs > 0);
     qw_free(env, steps), qw_free(env, asked);
 }
 

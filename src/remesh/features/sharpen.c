@@ -31,8 +31,6 @@ static const double LEAST_SEEDS = 0.5;                             /* share of t
 /* Most spread of the normals in the sides, as a share of the turn: in one place, over a crease, and over all of a
  * component. Sampled parts have 0.02 to 0.06, statues and animals 0.09 to 0.18. */
 static const double UNEVEN_PLACE = 0.25, UNEVEN_CREASE = 0.16, UNEVEN = 0.08;
-/* Where wider bands can be looked for, they are above this: the lines are straighter then. */
-static const double UNEVEN_NARROW = 0.065;
 static const double LEAST_LENGTH = 10; /* of a crease, in edges of the input */
 /* Of the bent patches of a component, so large a share must lie within some rings of a crease: 1.00 in sampled parts,
  * but for one 0.1 to 0.93 elsewhere. */
@@ -52,9 +50,6 @@ static const float MOST_MOVED = 1.5f, MOST_LINE_MOVED = 4, MOST_CORNER_MOVED = 6
  * two walls: 0.02 of all where an edge of 34 degrees was sampled, up to 0.006 in other parts, 0.015 to 0.16 in folds.
  * With more than the last share of them a component is left as it is. */
 static const double MOST_OFF_SIDE = 0.65, MOST_HALF_BAND = 1.2, MOST_ASTRAY = 0.025;
-/* Where bands are too wide, as a smoother or a generator has rounded the edge, they are looked for again with all
- * lengths longer by this factor, unless the quads are shorter than that. */
-static const double WIDER = 1.6;
 enum { RINGS = 3, SMOOTHING_ROUNDS = 8, FIT_GRAIN = 64 };
 
 typedef struct sharpener {
@@ -62,10 +57,9 @@ typedef struct sharpener {
     qw_sides sides;
     const qw_trimesh *mesh;
     const qw_census *census;
-    double most_uneven; /* of a component: spread over turn */
-    uint8_t *cut;       /* uint8_t[3 face_count], the same on both sides: 1: sides meet; 2: at more than SEED_TURN */
-    uint8_t *sharp;     /* uint8_t[components]: 1: has sampled creases */
-    uint8_t *ring;      /* uint8_t[vertex_count]: 0: at a cut; rings away from there; rings: farther */
+    uint8_t *cut;   /* uint8_t[3 face_count], the same on both sides: 1: sides meet; 2: at more than SEED_TURN */
+    uint8_t *sharp; /* uint8_t[components]: 1: has sampled creases */
+    uint8_t *ring;  /* uint8_t[vertex_count]: 0: at a cut; rings away from there; rings: farther */
     uint8_t rings;
     uint32_t *fit_of; /* uint32_t[vertex_count]: index into fit, or QW_NONE: beyond the band */
     uint32_t *fitted; /* uint32_t[fits]: vertex */
@@ -73,8 +67,6 @@ typedef struct sharpener {
     uint32_t fits;
     qw_vec3 *position; /* qw_vec3[vertex_count], in their sides */
 } sharpener;
-
-static uint8_t scaled(const sharpener *s, int rings) { return (uint8_t)qw_ceil(rings * (double)s->sides.scale); }
 
 static bool is_lower(const qw_trimesh *mesh, uint32_t h) { return mesh->twin[h] == QW_NONE || h < mesh->twin[h]; }
 
@@ -240,22 +232,21 @@ static void add_crease(verdict *v, const crease *c)
     v->turn += c->length * c->turn / c->cuts, v->spread += c->length * c->spread / c->cuts;
 }
 
-typedef enum outcome { NO_CREASES, WIDER_BANDS, CREASES } outcome;
-
-static outcome outcome_of(const verdict *v, double most_uneven)
+static bool was_sampled(const verdict *v)
 {
-    if (v->creases == 0 || v->bent_near < LEAST_NEAR * v->bent) return NO_CREASES;
-    if (v->exact > MOST_MARKED * v->creases || v->marked > MOST_MARKED_ANYHOW * v->creases) return NO_CREASES;
-    return v->spread > most_uneven * v->turn ? WIDER_BANDS : CREASES;
+    if (v->creases == 0 || v->bent_near < LEAST_NEAR * v->bent) return false;
+    if (v->exact > MOST_MARKED * v->creases || v->marked > MOST_MARKED_ANYHOW * v->creases) return false;
+    return v->spread <= UNEVEN * v->turn;
 }
 
-static outcome judge_components(sharpener *s, const crease *list, uint32_t count, double speck)
+/* Whether any component has sampled creases. */
+static bool judge_components(sharpener *s, const crease *list, uint32_t count, double speck)
 {
     assert(s->census->components > 0);
     const qw_trimesh *mesh = s->mesh;
     uint32_t components = (uint32_t)s->census->components;
     verdict *v = QW_NEW_ZERO(s->env, verdict, components);
-    uint8_t rings = scaled(s, NEAR_RINGS), *ring = rings_around(s, rings);
+    uint8_t rings = NEAR_RINGS, *ring = rings_around(s, rings);
     const qw_curve_ends *ends = mesh->mark ? qw_find_curve_ends(s->env, mesh, false) : NULL;
     for (uint32_t i = 0; i < count; i++)
         if (is_crease(&list[i], speck)) add_crease(&v[list[i].component], &list[i]);
@@ -269,13 +260,9 @@ static outcome judge_components(sharpener *s, const crease *list, uint32_t count
         to->marked += length, to->exact += is_exact(s, ends, h) ? length : 0;
     }
     s->sharp = QW_NEW(s->env, uint8_t, components);
-    outcome all = NO_CREASES;
-    for (uint32_t i = 0; i < components; i++) {
-        outcome one = outcome_of(&v[i], s->most_uneven);
-        s->sharp[i] = one == CREASES;
-        all = one > all ? one : all;
-    }
-    return all;
+    bool any = false;
+    for (uint32_t i = 0; i < components; i++) any |= s->sharp[i] = was_sampled(&v[i]);
+    return any;
 }
 
 /* Takes the cuts off the components that are not sharp. */
@@ -285,7 +272,7 @@ static void drop_blunt(const sharpener *s)
         if (!s->sharp[s->census->component[f]]) s->cut[3 * f] = s->cut[3 * f + 1] = s->cut[3 * f + 2] = 0;
 }
 
-static outcome find_cuts(sharpener *s, double speck)
+static bool find_cuts(sharpener *s, double speck)
 {
     const qw_trimesh *mesh = s->mesh;
     s->cut = QW_NEW(s->env, uint8_t, 3 * (size_t)mesh->face_count);
@@ -293,9 +280,9 @@ static outcome find_cuts(sharpener *s, double speck)
     uint32_t count, *label = QW_NEW(s->env, uint32_t, mesh->face_count);
     const crease *list = find_creases(s, label, &count);
     drop_others(s, list, label, speck);
-    outcome all = count == 0 ? NO_CREASES : judge_components(s, list, count, speck);
-    if (all == CREASES) drop_blunt(s);
-    return all;
+    bool any = count > 0 && judge_components(s, list, count, speck);
+    if (any) drop_blunt(s);
+    return any;
 }
 
 /* ---- sides */
@@ -366,7 +353,7 @@ static void find_fits(sharpener *s)
 {
     assert(s->cut && s->sides.patch);
     uint32_t n = s->mesh->vertex_count;
-    s->rings = scaled(s, RINGS), s->ring = rings_around(s, s->rings);
+    s->rings = RINGS, s->ring = rings_around(s, s->rings);
     s->fit_of = QW_NEW(s->env, uint32_t, n), s->fitted = QW_NEW(s->env, uint32_t, n);
     for (uint32_t v = 0; v < n; v++) {
         s->fit_of[v] = s->ring[v] < s->rings && qw_length2(s->sides.patch[s->sides.side[v]].normal) > 0 ? s->fits
@@ -545,33 +532,12 @@ static void smooth_band(const sharpener *s, qw_edit *e)
     }
 }
 
-/* Mean edge, as sides have it. */
-static double mean_edge(const sharpener *s)
-{
-    assert(s->mesh->vertex_count > 0);
-    double sum = 0;
-    for (uint32_t v = 0; v < s->mesh->vertex_count; v++) sum += (double)s->sides.edge[v];
-    return sum / s->mesh->vertex_count;
-}
-
-static outcome look(sharpener *s, double speck)
-{
-    s->most_uneven = UNEVEN;
-    if (!qw_find_sides(s->env, s->mesh, 1, &s->sides)) return NO_CREASES;
-    bool can_widen = WIDER * mean_edge(s) <= speck;
-    if (can_widen) s->most_uneven = UNEVEN_NARROW;
-    outcome found = find_cuts(s, speck);
-    if (found != WIDER_BANDS || !can_widen) return found;
-    s->most_uneven = UNEVEN;
-    return qw_find_sides(s->env, s->mesh, (float)WIDER, &s->sides) ? find_cuts(s, speck) : NO_CREASES;
-}
-
 bool qw_sharpen(qw_env *env, qw_trimesh *surface, const qw_census *census, float speck)
 {
     assert(surface->twin && census->component && speck > 0);
     qw_scope_begin(env);
     sharpener s = {.env = env, .mesh = surface, .census = census};
-    bool found = look(&s, (double)speck) == CREASES;
+    bool found = qw_find_sides(env, surface, &s.sides) && find_cuts(&s, (double)speck);
     if (found) find_fits(&s), found = keep_on_surface(&s);
     if (found) {
         restore_sides(&s);

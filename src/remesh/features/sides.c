@@ -149,7 +149,6 @@ static void find_edges(qw_env *env, side_task *t)
         qw_parallel(env, n, QW_GRAIN, average_edges, t);
         other = t->s->edge, t->s->edge = t->to;
     }
-    for (uint32_t v = 0; v < n; v++) t->s->edge[v] *= t->s->scale;
 }
 
 /* uint8_t[vertex_count]: so many rings and fewer away from rough vertices, counted down: 0 beyond. */
@@ -157,7 +156,7 @@ static uint8_t *find_near(qw_env *env, const qw_sides *s)
 {
     const qw_trimesh *mesh = s->mesh;
     uint32_t n = mesh->vertex_count, count = 0, *queue = QW_NEW(env, uint32_t, n);
-    uint8_t *near = QW_NEW_ZERO(env, uint8_t, n), rings = (uint8_t)qw_ceil(NEAR_RINGS * (double)s->scale);
+    uint8_t *near = QW_NEW_ZERO(env, uint8_t, n), rings = NEAR_RINGS;
     for (uint32_t v = 0; v < n; v++)
         if (s->rough[v]) near[v] = rings, queue[count++] = v;
     for (uint32_t i = 0; i < count; i++) {
@@ -231,11 +230,10 @@ static void choose_sides(void *user, uint32_t block, uint32_t begin, uint32_t en
     (void)block;
     const side_task *t = user;
     const qw_sides *s = t->s;
-    double least = (NEAR_RINGS - OWN_RINGS) * (double)s->scale;
     qw_hood hood;
     for (uint32_t v = begin; v < end; v++) {
         s->side[v] = v;
-        if (t->near[v] < least) continue;
+        if (t->near[v] < NEAR_RINGS - OWN_RINGS) continue;
         qw_collect_hood(s, v, REACH * s->edge[v], NULL, &hood);
         uint32_t best = best_around(s, v, &hood, QW_NONE);
         if (best != QW_NONE) s->side[v] = best;
@@ -249,11 +247,10 @@ static void agree(void *user, uint32_t block, uint32_t begin, uint32_t end)
     (void)block;
     const side_task *t = user;
     const qw_sides *s = t->s;
-    double least_near = (NEAR_RINGS - OWN_RINGS) * (double)s->scale;
     for (uint32_t v = begin; v < end; v++) {
         uint32_t start = s->outgoing[v], h = start, all = 0, same = 0, best = s->side[v];
         t->next[v] = best;
-        if (t->near[v] < least_near) continue;
+        if (t->near[v] < NEAR_RINGS - OWN_RINGS) continue;
         float least = INFINITY;
         do {
             uint32_t c = s->side[s->mesh->corner[qw_next(h)]];
@@ -397,11 +394,11 @@ static bool seems_banded(qw_env *env, const side_task *t)
     return sum.bent > 0 && sum.uneven <= UNEVEN * sum.bent && sum.marked <= MOST_MARKED * sum.bent;
 }
 
-bool qw_find_sides(qw_env *env, const qw_trimesh *mesh, float scale, qw_sides *sides)
+bool qw_find_sides(qw_env *env, const qw_trimesh *mesh, qw_sides *sides)
 {
     assert(mesh->twin);
     uint32_t n = mesh->vertex_count;
-    *sides = (qw_sides){.mesh = mesh, .scale = scale, .outgoing = qw_trimesh_outgoing(env, mesh)};
+    *sides = (qw_sides){.mesh = mesh, .outgoing = qw_trimesh_outgoing(env, mesh)};
     sides->edge = QW_NEW(env, float, n), sides->rough = QW_NEW(env, uint8_t, n);
     side_task t = {.s = sides, .cross = QW_NEW(env, qw_vec3, n), .area = QW_NEW(env, float, n)};
     t.face = QW_NEW(env, face_size, mesh->face_count);

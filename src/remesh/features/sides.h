@@ -22,17 +22,15 @@ typedef struct qw_side_plane {
 typedef struct qw_sides {
     const qw_trimesh *mesh;
     const uint32_t *outgoing; /* uint32_t[vertex_count] */
-    float scale;
-    float *edge;          /* float[vertex_count]: local length of edges, were they all the same, times scale */
-    qw_side_plane *patch; /* qw_side_plane[vertex_count] */
-    uint32_t *side;       /* uint32_t[vertex_count]: the vertex whose patch it belongs to */
-    uint8_t *rough;       /* uint8_t[vertex_count]: the triangles around it turn */
+    float *edge;              /* float[vertex_count]: local length of edges, were they all the same */
+    qw_side_plane *patch;     /* qw_side_plane[vertex_count] */
+    uint32_t *side;           /* uint32_t[vertex_count]: the vertex whose patch it belongs to */
+    uint8_t *rough;           /* uint8_t[vertex_count]: the triangles around it turn */
 } qw_sides;
 
-/* scale: how much wider than after marching cubes the bands may be; lengths of edges are as much longer. Belongs to the
-   current scope. Returns false where a few places, tried first, say that there are no bands, or that they have their
-   marks. */
-bool qw_find_sides(qw_env *env, const qw_trimesh *mesh, float scale, qw_sides *sides);
+/* Belongs to the current scope. Returns false where a few places, tried first, say that there are no bands, or that
+   they have their marks. */
+bool qw_find_sides(qw_env *env, const qw_trimesh *mesh, qw_sides *sides);
 
 /* Vertices within `radius` of a vertex that edges lead to without leaving the ball, the nearest rings first. */
 enum { QW_HOOD = 160, QW_HOOD_BITS = 9 };

@@ -17,7 +17,7 @@ static const double BALL = 2.0;
 static const double MOST_TURN = 0.5;      /* of all the turning: what is left of it */
 static const float IN_LINE = 0.94f;       /* cosine of 20 degrees between the mean normal and a face's */
 static const double LEAST_DENSITY = 0.25; /* length of the sharp edges times the size, over the area */
-enum { GRAIN = 64, BACK = 1, ASKEW = 2 };
+enum { BACK = 1, ASKEW = 2 };
 
 typedef struct stairs_task {
     const qw_trimesh *mesh;
@@ -102,7 +102,7 @@ void qw_find_steps(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, c
         uint32_t affordable = affordable_samples(&t, &e);
         if (affordable < e.samples) e = list_edges(env, mesh, networks, fmax(holds, e.length / affordable));
         t.edge = e.asked, t.step = QW_NEW(env, uint8_t, e.samples);
-        qw_parallel(env, e.samples, GRAIN, ask_steps, &t);
+        qw_parallel(env, e.samples, QW_GRAIN_SEARCH, ask_steps, &t);
         for (uint32_t i = 0; i < e.count; i++) {
             qw_steps *s = &steps[networks->of_vertex[mesh->corner[e.half[i]]]];
             uint8_t step = t.step[e.sample[i]];

@@ -2,6 +2,7 @@
    there. */
 #include "remesh/field/hierarchy.h"
 
+#include "base/mechanisms.h"
 #include "base/elementary.h"
 #include "geometry/corners.h"
 
@@ -49,5 +50,5 @@ void qw_find_constraints(qw_env *env, const qw_trimesh *mesh, bool with_boundary
             (*direction)[v] = qw_normalize(qw_add(qw_normalize(qw_sub(at, before)), qw_normalize(qw_sub(after, at))));
     }
     qw_free(env, ends);
-    qw_open_sharp_corners(env, mesh, with_boundary, *constraint, *direction);
+    if (qw_uses(env, QW_MECH_OPEN_SECTORS)) qw_open_sharp_corners(env, mesh, with_boundary, *constraint, *direction);
 }

@@ -3,7 +3,7 @@
 #include <assert.h>
 #include <string.h>
 
-enum { COARSEST = 24, GRAIN = 2048 };
+enum { COARSEST = 24 };
 
 typedef struct pairing {
     uint32_t *partner; /* the other vertex of the pair, or the vertex itself */
@@ -188,7 +188,7 @@ static void number_parents(const pairing *pairs, merging *m)
     for (uint32_t v = 0; v < m->fine->vertex_count; v++) {
         uint32_t u = pairs->partner[v];
         if (u < v) continue;
-        if (next % GRAIN == 0) m->room[next / GRAIN] = room;
+        if (next % QW_GRAIN == 0) m->room[next / QW_GRAIN] = room;
         room += m->fine->begin[v + 1] - m->fine->begin[v] + (u == v ? 0 : m->fine->begin[u + 1] - m->fine->begin[u]);
         m->children[next][0] = v, m->children[next][1] = u;
         m->fine->parent[v] = m->fine->parent[u] = next++;
@@ -203,7 +203,7 @@ static uint32_t close_ranks(const merging *m, uint32_t blocks)
     for (uint32_t b = 0; b < blocks; b++) {
         memmove(m->neighbour + used, m->neighbour + m->room[b], m->used[b] * sizeof *m->neighbour);
         memmove(m->weight + used, m->weight + m->room[b], m->used[b] * sizeof *m->weight);
-        for (uint32_t to = b * GRAIN; to < n && to < (b + 1) * GRAIN; to++) m->coarse->begin[to] += used;
+        for (uint32_t to = b * QW_GRAIN; to < n && to < (b + 1) * QW_GRAIN; to++) m->coarse->begin[to] += used;
         used += m->used[b];
     }
     m->coarse->begin[n] = used;
@@ -212,7 +212,7 @@ static uint32_t close_ranks(const merging *m, uint32_t blocks)
 
 static void merge_pairs(qw_env *env, qw_level *fine, const pairing *pairs, qw_level *coarse)
 {
-    uint32_t n = coarse->vertex_count, total = fine->begin[fine->vertex_count], blocks = qw_block_count(n, GRAIN);
+    uint32_t n = coarse->vertex_count, total = fine->begin[fine->vertex_count], blocks = qw_block_count(n, QW_GRAIN);
     coarse->begin = QW_NEW(env, uint32_t, (size_t)n + 1);
     merging m = {fine,
                  coarse,
@@ -222,7 +222,7 @@ static void merge_pairs(qw_env *env, qw_level *fine, const pairing *pairs, qw_le
                  QW_NEW(env, uint32_t, blocks),
                  QW_NEW(env, uint32_t, blocks)};
     number_parents(pairs, &m);
-    qw_parallel(env, n, GRAIN, merge_block, &m);
+    qw_parallel(env, n, QW_GRAIN, merge_block, &m);
     uint32_t used = close_ranks(&m, blocks);
     coarse->neighbour = qw_resize(env, m.neighbour, used, sizeof *m.neighbour);
     coarse->weight = qw_resize(env, m.weight, used, sizeof *m.weight);

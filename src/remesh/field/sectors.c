@@ -23,6 +23,7 @@
  * one of its curves back. */
 #include "remesh/field/hierarchy.h"
 
+#include "base/mechanisms.h"
 #include "base/sets.h"
 #include "base/elementary.h"
 
@@ -188,6 +189,7 @@ void qw_open_sharp_corners(qw_env *env, const qw_trimesh *mesh, bool with_bounda
     const qw_vec3 *normal = qw_vertex_normals(env, mesh);
     for (uint32_t v = 0; v < n; v++) {
         if (s.tilt[v] == 0) continue;
+        qw_did(env, QW_MECH_OPEN_SECTORS, 1);
         qw_vec3 along = direction[v], across = qw_cross(normal[v], along);
         direction[v] =
             qw_normalize(qw_madd(qw_scale(along, (float)qw_cos(s.tilt[v])), (float)qw_sin(s.tilt[v]), across));

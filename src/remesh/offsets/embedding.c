@@ -10,7 +10,7 @@
 #include <assert.h>
 #include <string.h>
 
-enum { MAX_ITERATIONS = 400, GRAIN = 512, FEW_EDGES = 64 };
+enum { MAX_ITERATIONS = 400, FEW_EDGES = 64 };
 static const float PULL = 0.002f;
 
 typedef struct system {
@@ -178,7 +178,7 @@ static void collect_links(qw_env *env, const qw_offset_mesh *m, const uint32_t *
     s->neighbour = QW_NEW(env, uint32_t, total);
     s->weight = QW_NEW(env, float, total);
     s->target = QW_NEW(env, qw_vec3, total);
-    qw_parallel(env, s->count, GRAIN, merge_block, &in);
+    qw_parallel(env, s->count, QW_GRAIN_HEAVY, merge_block, &in);
     uint32_t *place = NULL;
     for (uint32_t c = 0; c < s->count; c++) {
         if (has_few_edges(&in, c)) continue;
@@ -229,8 +229,8 @@ static void apply_system(void *user, qw_env *env, const double *x, double *y)
 {
     const system *s = user;
     product p = {s, x, y, s->moved};
-    qw_parallel(env, s->count, GRAIN, move_block, &p);
-    qw_parallel(env, s->count, GRAIN, apply_block, &p);
+    qw_parallel(env, s->count, QW_GRAIN_HEAVY, move_block, &p);
+    qw_parallel(env, s->count, QW_GRAIN_HEAVY, apply_block, &p);
 }
 
 typedef struct right_side {
@@ -282,10 +282,10 @@ static void add_energies(void *user, uint32_t block, uint32_t begin, uint32_t en
 
 static double energy_of(qw_env *env, const system *s, const double *x)
 {
-    uint32_t blocks = qw_block_count(s->count, GRAIN);
+    uint32_t blocks = qw_block_count(s->count, QW_GRAIN_HEAVY);
     energies e = {s, x, QW_NEW(env, double, blocks), QW_NEW(env, double, blocks)};
     double energy = 0, count = 0;
-    qw_parallel(env, s->count, GRAIN, add_energies, &e);
+    qw_parallel(env, s->count, QW_GRAIN_HEAVY, add_energies, &e);
     for (uint32_t b = 0; b < blocks; b++) energy += e.energy[b], count += e.count[b];
     qw_free(env, e.energy), qw_free(env, e.count);
     return count > 0 ? energy / count : 0;
@@ -306,7 +306,7 @@ qw_vec3 *qw_solve_embedding(qw_env *env, const qw_offset_mesh *m, const uint32_t
     double *diagonal = QW_NEW(env, double, unknowns), *b = QW_NEW(env, double, unknowns),
            *y = QW_NEW_ZERO(env, double, unknowns);
     right_side right = {&s, diagonal, b};
-    qw_parallel(env, s.count, GRAIN, fill_right, &right);
+    qw_parallel(env, s.count, QW_GRAIN_HEAVY, fill_right, &right);
     counts->energy_before = energy_of(env, &s, y);
     qw_cg_result r = qw_cg_solve(env, (uint32_t)unknowns, apply_system, &s, diagonal, b, y, tolerance, MAX_ITERATIONS);
     counts->energy_after = energy_of(env, &s, y);

@@ -1,5 +1,6 @@
 #include "remesh/offsets/frames.h"
 
+#include "base/mechanisms.h"
 #include "base/elementary.h"
 
 #include <assert.h>
@@ -234,22 +235,23 @@ static int surplus_of(const qw_offset_mesh *m, const sector *s)
 /* Between two corners that one edge of a curve joins there is no other vertex to take the quarter turn that one has and
    the other lacks, as both ends of a narrow ledge may. It goes from one to the other by way of the edge, which lies
    along the other axis of the triangle then. */
-static void exchange_quarter(framing *g, uint32_t h)
+static bool exchange_quarter(framing *g, uint32_t h)
 {
     qw_offset_mesh *m = g->m;
     sector one, two;
-    if (!find_sector(m, h, &one) || !find_sector(m, qw_next(h), &two)) return;
+    if (!find_sector(m, h, &one) || !find_sector(m, qw_next(h), &two)) return false;
     int surplus = surplus_of(m, &one);
-    if (surplus == 0 || surplus + surplus_of(m, &two) != 0) return;
+    if (surplus == 0 || surplus + surplus_of(m, &two) != 0) return false;
     uint8_t had = m->rot[h];
     for (int by = 1; by < 4; by++) {
         m->rot[h] = (uint8_t)((had + by) & 3);
         if (surplus_of(m, &one) != 0 || surplus_of(m, &two) != 0) continue;
         m->index[m->corner[h]] = (int8_t)(m->index[m->corner[h]] + surplus);
         m->index[m->corner[qw_next(h)]] = (int8_t)(m->index[m->corner[qw_next(h)]] - surplus);
-        return;
+        return true;
     }
     m->rot[h] = had;
+    return false;
 }
 
 /* A half-edge that leaves each vertex along a curve, or QW_NONE. */
@@ -277,11 +279,14 @@ void qw_set_frames(qw_env *env, qw_offset_mesh *m, const uint8_t *turn, bool at_
         lay_turn(&g, f, around ? choose_cone(m, f, g.lack[f]) : 0);
     }
     uint32_t *start = curve_starts(env, m);
+    at_corners = at_corners && qw_uses(env, QW_MECH_CORNER_FRAMES);
     for (uint32_t v = 0; v < m->vertex_count && at_corners; v++)
-        if (m->constraint[v] == QW_VERTEX_CORNER && start[v] != QW_NONE) repair_corner(&g, start[v]);
+        if (m->constraint[v] == QW_VERTEX_CORNER && start[v] != QW_NONE)
+            repair_corner(&g, start[v]), qw_did(env, QW_MECH_CORNER_FRAMES, 1);
+    at_corners = at_corners && qw_uses(env, QW_MECH_QUARTERS_EXCHANGED);
     for (uint32_t h = 0; h < 3 * m->face_count && at_corners; h++)
         if (m->fixed[m->edge[h]] && m->constraint[m->corner[h]] == QW_VERTEX_CORNER &&
             m->constraint[m->corner[qw_next(h)]] == QW_VERTEX_CORNER)
-            exchange_quarter(&g, h);
+            qw_did(env, QW_MECH_QUARTERS_EXCHANGED, exchange_quarter(&g, h));
     qw_free(env, start), qw_free(env, g.lack), qw_free(env, g.cone);
 }

@@ -1,5 +1,6 @@
 #include "remesh/quads/count.h"
 
+#include "base/mechanisms.h"
 #include "base/sort.h"
 #include "geometry/chords.h"
 #include "geometry/quad_edit.h"
@@ -369,9 +370,13 @@ qw_quadmesh qw_add_quads(qw_env *env, const qw_quadmesh *mesh, const qw_wanted *
     qw_scope_begin(env);
     qw_quad_edit copy = qw_quad_edit_open(env, mesh);
     qw_quadmesh m = copy.mesh;
-    for (int round = 0; round < CHORD_ROUNDS && m.face_count < least; round++)
+    int64_t had = m.face_count;
+    for (int round = 0; round < CHORD_ROUNDS && m.face_count < least && qw_uses(env, QW_MECH_CHORDS_ADDED); round++)
         if (split_widest(env, &m, wanted, most - m.face_count) == 0) break;
-    while (m.face_count < least && split_pairs(env, &m, least - m.face_count) > 0) continue;
+    qw_did(env, QW_MECH_CHORDS_ADDED, m.face_count - had), had = m.face_count;
+    while (m.face_count < least && qw_uses(env, QW_MECH_PAIRS_SPLIT) && split_pairs(env, &m, least - m.face_count) > 0)
+        continue;
+    qw_did(env, QW_MECH_PAIRS_SPLIT, m.face_count - had);
     copy.mesh = m;
     qw_quad_edit_keep(&copy);
     qw_scope_end(env);

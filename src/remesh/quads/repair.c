@@ -1,5 +1,6 @@
 #include "remesh/quads/repair.h"
 
+#include "base/mechanisms.h"
 #include "geometry/chords.h"
 #include "geometry/quad_edit.h"
 
@@ -239,14 +240,20 @@ qw_quadmesh qw_repair_quads(qw_env *env, const qw_quadmesh *mesh, int64_t room, 
     qw_scope_begin(env);
     qw_quad_edit e = qw_quad_edit_open(env, mesh);
     for (int round = 0; round < ROUNDS; round++) {
-        int64_t doublets = close_doublets(env, &e), chords = split_double_edges(env, &e.mesh, &room);
+        int64_t doublets = close_doublets(env, &e),
+                chords = qw_uses(env, QW_MECH_DOUBLE_EDGE_CHORDS) ? split_double_edges(env, &e.mesh, &room) : 0;
+        qw_did(env, QW_MECH_DOUBLE_EDGE_CHORDS, chords);
         counts->doublets += doublets;
         counts->split_chords += chords;
         if (chords == 0) break;
         e = qw_quad_edit_open(env, &e.mesh);
     }
-    for (int round = 0; round < SEPARATION_ROUNDS && separate_double_edges(env, &e) > 0; round++)
+    for (int round = 0; round < SEPARATION_ROUNDS && qw_uses(env, QW_MECH_DOUBLE_EDGES); round++) {
+        int64_t separated = separate_double_edges(env, &e);
+        qw_did(env, QW_MECH_DOUBLE_EDGES, separated);
+        if (separated == 0) break;
         e = qw_quad_edit_open(env, &e.mesh);
+    }
     qw_quad_edit_keep(&e);
     qw_scope_end(env);
     return e.mesh;

@@ -1,5 +1,6 @@
 #include "remesh/quads/simplify.h"
 
+#include "base/mechanisms.h"
 #include "base/sort.h"
 #include "base/elementary.h"
 #include "geometry/quad_moves.h"
@@ -477,9 +478,10 @@ static bool has_company(const simplifier *s, uint32_t v)
 static bool improve_by_chain(simplifier *s, uint32_t v, qw_simplify_counts *counts)
 {
     search x = {.writes = s->e.writes, .trials = MAX_TRIALS};
-    if (s->trials <= 0 || !has_company(s, v)) return false;
+    if (s->trials <= 0 || !has_company(s, v) || !qw_uses(s->e.env, QW_MECH_CHAINS)) return false;
     bool found = extend(s, &x, v);
     s->trials -= MAX_TRIALS - x.trials;
+    qw_acted(s->e.env, QW_MECH_CHAINS, 1), qw_kept(s->e.env, QW_MECH_CHAINS, found);
     if (!found) return false;
     counts->rotations += x.c.length;
     counts->chains++;
@@ -575,10 +577,14 @@ static void reach_count(simplifier *s, int64_t most, bool gently, qw_simplify_co
     s->kept = 0, s->kept_near = QW_NEW_ZERO(env, uint32_t, n);
     s->failed = QW_NEW(env, uint32_t, sides), s->told = QW_NEW(env, uint32_t, n);
     for (int pass = 0; pass < (gently ? 1 : 2); pass++) {
+        qw_mechanism m = s->curveless ? QW_MECH_THINNED_CURVELESS : pass ? QW_MECH_THINNED_SHAPELESS : QW_MECH_THINNED;
+        if ((int64_t)s->e.live_faces <= most || !qw_uses(env, m)) continue;
+        int64_t had = (int64_t)s->e.live_faces;
         s->shapeless = pass == 1;
         memset(s->failed, 0, sides * sizeof *s->failed);
         for (int32_t limit = 1; limit <= WORST_RISE && (int64_t)s->e.live_faces > most;)
             if (!thin_out(s, most, limit, keys, counts)) limit *= 2;
+        qw_did(env, m, had - (int64_t)s->e.live_faces);
     }
     s->shapeless = false;
     qw_free(env, keys), qw_free(env, s->kept_near), qw_free(env, s->failed), qw_free(env, s->told);

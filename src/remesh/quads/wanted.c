@@ -4,7 +4,6 @@
 
 #include <assert.h>
 
-enum { GRAIN = 512 };
 /* Sizes that differ by no more than this factor are one. */
 static const float ONE_SIZE = 1.001f;
 /* Of the wanted edge length: quads that are longer strike the eye. */
@@ -52,7 +51,7 @@ float *qw_areas_wanted_of(qw_env *env, const qw_quadmesh *quads, const qw_wanted
     if (is_one) return wanted;
     qw_scope_begin(env);
     lookup l = {quads, w->mesh, w->size, w->tree ? w->tree : qw_bvh_build(env, w->mesh), wanted, w->found};
-    qw_parallel(env, quads->face_count, GRAIN, look_up_block, &l);
+    qw_parallel(env, quads->face_count, QW_GRAIN_HEAVY, look_up_block, &l);
     qw_scope_end(env);
     return wanted;
 }

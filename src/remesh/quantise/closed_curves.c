@@ -1,5 +1,6 @@
 #include "remesh/quantise/closed_curves.h"
 
+#include "base/mechanisms.h"
 #include "base/constants.h"
 #include "base/sets.h"
 #include "remesh/quantise/circuits.h"
@@ -187,8 +188,10 @@ void qw_make_curves_even(qw_env *env, const qw_component *component, qw_complex 
     e.had = QW_NEW(env, qw_int2, c->edge_count), e.best = QW_NEW(env, qw_int2, c->edge_count);
     e.fixed = c->fixed, c->fixed = memcpy(QW_NEW(env, uint8_t, c->edge_count), e.fixed, c->edge_count);
     qw_int2 *within = memcpy(QW_NEW(env, qw_int2, c->edge_count), c->d, bytes);
+    uint32_t odd = e.odd;
     while (e.odd > 0 && *work > 0 && take_step(env, &e, c, work))
         if (area_off(&e, c) <= 0) memcpy(within, c->d, bytes);
+    qw_did(env, QW_MECH_EVEN_CURVES, odd - e.odd);
     if (!settle_area(env, &e, c, work)) memcpy(c->d, within, bytes);
     c->fixed = e.fixed;
     qw_scope_end(env);

@@ -1,5 +1,6 @@
 #include "remesh/quantise/quantise.h"
 
+#include "base/mechanisms.h"
 #include "base/constants.h"
 #include "remesh/quantise/closed.h"
 #include "remesh/quantise/closed_curves.h"
@@ -77,6 +78,7 @@ static void keep_loops_open(qw_env *env, qw_component *component, double scale)
         for (uint32_t k = 0; k < count; k++)
             length += fabs((double)c->real[edge[k]].x) + fabs((double)c->real[edge[k]].y);
         length *= scale;
+        qw_did(env, QW_MECH_LOOPS_OPEN, length > 0 && length < LOOP_EDGES);
         for (uint32_t k = 0; k < count && length > 0 && length < LOOP_EDGES; k++) {
             c->real[edge[k]].x *= (float)(LOOP_EDGES / length), c->real[edge[k]].y *= (float)(LOOP_EDGES / length);
             c->weight[edge[k]] = LOOP_WEIGHT;
@@ -117,7 +119,8 @@ static reduced reduce(qw_env *env, const qw_offset_mesh *m, const qw_real2 *clos
                               .loops = asked->loops,
                               .effort = fmin(1, asked->quads / fmax(r.whole.complex.face_count, 1)),
                               .apart = true};
-    for (uint32_t p = 0; p < r.components.count; p++) keep_loops_open(env, &r.components.component[p], r.wish.size);
+    for (uint32_t p = 0; p < r.components.count && qw_uses(env, QW_MECH_LOOPS_OPEN); p++)
+        keep_loops_open(env, &r.components.component[p], r.wish.size);
     return r;
 }
 
@@ -153,8 +156,10 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, const qw_quantise
     qw_closed_counts closing;
     qw_flatten_counts flattening;
     qw_scope_begin(env);
-    counts.released_edges = qw_release_acute_corners(env, m, asked->verdict);
-    counts.band_triangles = qw_stretch_narrow_bands(env, m, asked->quads);
+    if (qw_uses(env, QW_MECH_ACUTE_CORNERS)) counts.released_edges = qw_release_acute_corners(env, m, asked->verdict);
+    qw_did(env, QW_MECH_ACUTE_CORNERS, counts.released_edges);
+    if (qw_uses(env, QW_MECH_NARROW_BANDS)) counts.band_triangles = qw_stretch_narrow_bands(env, m, asked->quads);
+    qw_did(env, QW_MECH_NARROW_BANDS, counts.band_triangles);
     qw_log(env, QW_LOG_DEBUG, "%lld triangles in narrow bands", (long long)counts.band_triangles);
     float *stiffness = QW_NEW(env, float, m->edge_count);
     qw_real2 *closed = qw_closed_offsets(env, m, asked->stiff ? STIFF_CLOSED : USUAL_CLOSED,

@@ -1,5 +1,6 @@
 #include "remesh/quantise/search.h"
 
+#include "base/mechanisms.h"
 #include "base/promise.h"
 #include "remesh/quantise/search_count.h"
 #include "remesh/quantise/search_curves.h"
@@ -69,10 +70,12 @@ static void keep_apart(qw_env *env, qw_components *components, qw_search *s, uin
 {
     double quads = s->wish.quads;
     uint32_t touching = s->edges > MOST_APART ? 0 : count_touching(env, s);
-    if (touching == 0 || (s->wish.effort < 1 && touching > MOST_TOUCHING * quads)) return;
+    if (touching == 0 || !qw_uses(env, QW_MECH_SIGNS) || (s->wish.effort < 1 && touching > MOST_TOUCHING * quads))
+        return;
     for (uint32_t p = 0; p < components->count; p++) qw_set_signs(env, &components->component[p]);
     qw_search_wish wish = s->wish;
     wish.apart = true;
+    qw_acted(env, QW_MECH_SIGNS, 1);
     qw_search other = find_without_lines(env, components, &wish, tries);
     uint32_t left = count_touching(env, &other);
     double off = fabs(s->sum.area - quads), now = fabs(other.sum.area - quads),
@@ -83,7 +86,7 @@ static void keep_apart(qw_env *env, qw_components *components, qw_search *s, uin
            (unsigned)other.sum.collapsed, s->sum.area, other.sum.area, quads);
     if (left <= APART_SHARE * touching && other.sum.inverted <= s->sum.inverted &&
         other.sum.collapsed <= s->sum.collapsed && now <= fmax(off, bound))
-        *s = other;
+        *s = other, qw_kept(env, QW_MECH_SIGNS, 1);
     else
         for (uint32_t p = 0; p < components->count; p++) components->component[p].decimated.complex.at_least = NULL;
 }
@@ -97,8 +100,9 @@ qw_search_result qw_search_integers(qw_env *env, qw_components *components, cons
     plain.apart = false;
     qw_search s = find_without_lines(env, components, &plain, &result.tries);
     if (wish->apart) keep_apart(env, components, &s, &result.tries);
-    qw_search_make_even(env, &s);
-    result.meetings = qw_search_meet(env, &s);
+    if (qw_uses(env, QW_MECH_EVEN_CURVES)) qw_search_make_even(env, &s);
+    if (qw_uses(env, QW_MECH_MEETINGS)) result.meetings = qw_search_meet(env, &s);
+    qw_acted(env, QW_MECH_MEETINGS, result.meetings.tried), qw_kept(env, QW_MECH_MEETINGS, result.meetings.kept);
     gather(env, &s, &result, d);
     qw_scope_end(env);
     return result;

@@ -1,5 +1,6 @@
 #include "remesh/quantise/search_count.h"
 
+#include "base/mechanisms.h"
 #include "base/promise.h"
 #include "remesh/quantise/nearest.h"
 #include "remesh/quantise/nudge.h"
@@ -75,9 +76,10 @@ static void try_nearest(qw_env *env, qw_search *s, uint32_t p)
     choice k = {s, &c, s->kept[p].d, qw_complex_area(&c), INFINITY, t.d};
     qw_nearest_wish wish = {.most = MOST_NEAREST, .farthest = INFINITY, .visit = choose_cheapest, .user = &k};
     qw_visit_nearest(env, &c, &wish);
+    qw_acted(env, QW_MECH_NEAREST, 1);
     if (k.cost < INFINITY) {
         qw_search_judge(s, &t);
-        qw_search_take_if_better(s, &t);
+        qw_kept(env, QW_MECH_NEAREST, qw_search_take_if_better(s, &t));
     }
     qw_scope_end(env);
 }
@@ -91,5 +93,7 @@ static bool is_large_enough(const qw_search *s, uint32_t p)
 void qw_search_nearest(qw_env *env, qw_search *s)
 {
     for (uint32_t p = 0; p < s->components->count && qw_search_miss(s, &s->sum) > 0; p++)
-        if (is_large_enough(s, p) && !qw_trial_has_faults(&s->kept[p]) && has_narrow_band(s, p)) try_nearest(env, s, p);
+        if (is_large_enough(s, p) && !qw_trial_has_faults(&s->kept[p]) && has_narrow_band(s, p) &&
+            qw_uses(env, QW_MECH_NEAREST))
+            try_nearest(env, s, p);
 }

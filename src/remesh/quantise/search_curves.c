@@ -1,5 +1,6 @@
 #include "remesh/quantise/search_curves.h"
 
+#include "base/mechanisms.h"
 #include "base/promise.h"
 #include "remesh/quantise/closed_curves.h"
 #include "remesh/quantise/search_count.h"
@@ -38,7 +39,7 @@ static void part_curves(qw_env *env, qw_search *s, uint32_t p, double *work)
     const qw_complex *real = &component->decimated.complex;
     qw_trial *kept = &s->kept[p];
     uint32_t touching = qw_count_touching(env, component, kept->d);
-    if (touching == 0) return;
+    if (touching == 0 || !qw_uses(env, QW_MECH_CURVES_PARTED)) return;
     s->sum.touching += touching - kept->touching, kept->touching = touching;
     s->score = qw_search_score(s, &s->sum);
     qw_scope_begin(env);
@@ -46,7 +47,7 @@ static void part_curves(qw_env *env, qw_search *s, uint32_t p, double *work)
     qw_trial room = qw_search_copy_kept(env, s, p);
     double scale = kept->scale;
     int sizes = (int)fmax(1, fmin(PARTING_SIZES, PARTING_EDGES / fmax(s->edges, 1)));
-    for (int i = 0; i < sizes && 0 < *work; i++) {
+    for (int i = 0; i < sizes && 0 < *work && (i == 0 || qw_uses(env, QW_MECH_PARTING_SIZES)); i++) {
         qw_trial t = *kept;
         t.d = room.d;
         if (i > 0 && !make_at(env, s, &t, p, scale * (1 - PARTING_STEP * i))) continue;
@@ -55,9 +56,11 @@ static void part_curves(qw_env *env, qw_search *s, uint32_t p, double *work)
         qw_search_judge(s, &t);
         double others = s->sum.area - kept->area;
         qw_search_total sum = {.area = others + t.area};
-        if (qw_search_miss(s, &sum) > 0) qw_nudge_trial(env, s, &t, others, work);
+        if (qw_search_miss(s, &sum) > 0 && qw_uses(env, QW_MECH_PARTING_NUDGE))
+            qw_nudge_trial(env, s, &t, others, work), qw_did(env, QW_MECH_PARTING_NUDGE, 1);
         t.touching = qw_count_touching(env, component, t.d);
-        qw_search_take_if_better(s, &t);
+        qw_mechanism m = i > 0 ? QW_MECH_PARTING_SIZES : QW_MECH_CURVES_PARTED;
+        qw_acted(env, m, 1), qw_kept(env, m, qw_search_take_if_better(s, &t));
         if (kept->touching == 0 && qw_search_miss(s, &s->sum) <= 0) break;
     }
     qw_scope_end(env);

@@ -1,5 +1,7 @@
 #include "remesh/quantise/search_sizes.h"
 
+#include "base/mechanisms.h"
+
 #include <assert.h>
 #include <math.h>
 #include <string.h>
@@ -134,20 +136,25 @@ static void stretch_components(qw_env *env, qw_search *s, const combination *pla
     qw_run_trials(env, s->components, s->most_edges, list, count);
     for (uint32_t i = 0; i < count; i++) {
         qw_search_judge(s, list[i]);
-        qw_search_take_if_better(s, list[i]);
+        qw_acted(env, QW_MECH_STRETCHED, 1);
+        qw_kept(env, QW_MECH_STRETCHED, qw_search_take_if_better(s, list[i]));
     }
     qw_scope_end(env);
 }
 
 /* Exchanges the trial of each component with faults, or of all where the count is missed, for one of another size, as
    long as that lowers the score. */
-static void exchange_sizes(qw_search *s, const combination *some, int count)
+static void exchange_sizes(qw_env *env, qw_search *s, const combination *some, int count)
 {
     bool better = s->components->count > 1;
     for (int sweep = 0; sweep < SWEEPS && better; sweep++) {
         better = false;
         for (uint32_t p = 0; p < s->components->count; p++)
-            for (int i = 0; i < count && is_poor(s, p); i++) better |= qw_search_take_if_better(s, &some[i].trial[p]);
+            for (int i = 0; i < count && is_poor(s, p); i++) {
+                bool taken = qw_search_take_if_better(s, &some[i].trial[p]);
+                better |= taken;
+                qw_acted(env, QW_MECH_SIZES_EXCHANGED, 1), qw_kept(env, QW_MECH_SIZES_EXCHANGED, taken);
+            }
     }
 }
 
@@ -163,13 +170,16 @@ void qw_search_sizes(qw_env *env, qw_search *s)
     run_combinations(env, s, some, 1); /* alone, as the flows of the others start from its potentials */
     run_combinations(env, s, some + 1, count - 1);
     sort_combinations(some, count);
-    count += improve_best(env, s, some, count);
+    int improved = qw_uses(env, QW_MECH_CIRCUITS) ? improve_best(env, s, some, count) : 0;
+    count += improved;
+    qw_acted(env, QW_MECH_CIRCUITS, improved);
     sort_combinations(some, count);
+    qw_kept(env, QW_MECH_CIRCUITS, some[0].trial[0].known);
     s->sum = some[0].sum, s->score = some[0].score;
     for (uint32_t p = 0; p < n; p++) qw_search_copy(s, &s->kept[p], &some[0].trial[p]);
-    exchange_sizes(s, some, count);
+    if (qw_uses(env, QW_MECH_SIZES_EXCHANGED)) exchange_sizes(env, s, some, count);
     const combination *plain = cheapest(some, count);
-    if (plain) stretch_components(env, s, plain);
+    if (plain && qw_uses(env, QW_MECH_STRETCHED)) stretch_components(env, s, plain);
     qw_scope_end(env);
 }
 
@@ -180,12 +190,14 @@ void qw_search_other_sizes(qw_env *env, qw_search *s)
     bool forced = false;
     for (uint32_t p = 0; p < n; p++) forced |= qw_trial_is_forced(s, &s->kept[p]);
     qw_trial *had = qw_search_room(env, s, 1);
+    if (!qw_uses(env, QW_MECH_OTHER_SIZES)) forced = false;
     for (int round = 0; round < SIZE_ROUNDS && forced && qw_search_miss(s, &s->sum) > 0; round++) {
         qw_search_total sum = s->sum;
         double score = s->score, size = s->wish.size;
         for (uint32_t p = 0; p < n; p++) qw_search_copy(s, &had[p], &s->kept[p]);
         s->wish.size = fmin(s->kept[0].scale, size) * sqrt(s->wish.quads / fmax(s->sum.area, 1));
         qw_search_sizes(env, s);
+        qw_acted(env, QW_MECH_OTHER_SIZES, 1), qw_kept(env, QW_MECH_OTHER_SIZES, s->score < score);
         if (s->score < score) continue;
         for (uint32_t p = 0; p < n; p++) qw_search_copy(s, &s->kept[p], &had[p]);
         s->sum = sum, s->score = score, s->wish.size = size;
@@ -240,7 +252,7 @@ uint32_t qw_search_noise(qw_env *env, qw_search *s)
     qw_trial *trials = qw_search_room(env, s, QW_MOST_LANES),
              **list = QW_NEW(env, qw_trial *, (size_t)QW_MOST_LANES * n);
     int i = s->tries, end = i; /* trials below `end` have been run, those below `i` judged */
-    for (; i < NOISY_ROUNDS * s->tries; i++) {
+    for (; i < NOISY_ROUNDS * s->tries && qw_uses(env, QW_MECH_NOISE); i++) {
         if (i % (2 * s->tries) == s->tries && i > s->tries) give_up(s, given_up, i);
         uint64_t edges = broken_edges(s, given_up);
         if (edges == 0 || (double)i * (double)edges >= s->wish.effort * QW_SEARCH_EDGES) break;
@@ -251,7 +263,8 @@ uint32_t qw_search_noise(qw_env *env, qw_search *s)
         for (; at < count && list[at]->number == (uint32_t)i; at++) {
             if (!is_broken(s, given_up, list[at]->component)) continue;
             qw_search_judge(s, list[at]);
-            qw_search_take_if_better(s, list[at]);
+            qw_acted(env, QW_MECH_NOISE, 1);
+            qw_kept(env, QW_MECH_NOISE, qw_search_take_if_better(s, list[at]));
         }
     }
     qw_scope_end(env);

@@ -1,5 +1,6 @@
 #include "remesh/quantise/search_trial.h"
 
+#include "base/mechanisms.h"
 #include "base/lanes.h"
 #include "remesh/quantise/bidirected.h"
 #include "remesh/quantise/circuits.h"
@@ -67,9 +68,11 @@ static void choose_integers(qw_env *env, const qw_complex *real, qw_trial *t, qw
     }
     for (int i = 0; i < BIDIRECTED_ROUNDS && !qw_complex_is_closed(c); i++) {
         const qw_network *network = i == 0 ? t->network : NULL; /* later rounds may have released what was fixed */
-        qw_solve_complex(env, c, network, QW_FLOW_MCF, QW_COST_SQUARE, i + 1 == BIDIRECTED_ROUNDS,
-                         i == 0 ? potential : NULL, &t->counts);
+        qw_solve_complex(env, c, network, QW_FLOW_MCF, QW_COST_SQUARE,
+                         i + 1 == BIDIRECTED_ROUNDS && qw_uses(env, QW_MECH_CURVES_BENT), i == 0 ? potential : NULL,
+                         &t->counts);
     }
+    qw_did(env, QW_MECH_CURVES_BENT, t->counts.released);
     if (t->noise > 0) qw_trial_aim(real, t, c->real);
 }
 

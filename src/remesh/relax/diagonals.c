@@ -4,8 +4,6 @@
 
 #include <assert.h>
 
-enum { GRAIN = 512 };
-
 /* A quad whose diagonals pass at less than this share of their length counts as plane: either may be the fold. */
 static const float PLANE = 1e-3f;
 /* A corner whose triangle has less than this share of the quad's area is nearly straight or points inward: a cut
@@ -66,7 +64,7 @@ void qw_choose_diagonals(qw_env *env, const qw_quadmesh *quads, const qw_trimesh
 {
     assert(quads->position && tree && place && turn);
     diagonals s = {quads, surface, outgoing, place, tree, turn};
-    qw_parallel(env, quads->face_count, GRAIN, choose_block, &s);
+    qw_parallel(env, quads->face_count, QW_GRAIN_HEAVY, choose_block, &s);
 }
 
 /* Where a half-edge comes to lie. */

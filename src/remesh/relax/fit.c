@@ -7,13 +7,14 @@
  * The matrix is that of the masses of linear elements, so a few damped Jacobi steps solve it. */
 #include "remesh/relax/fit.h"
 
+#include "geometry/go_back.h"
+
 #include <assert.h>
 #include <math.h>
 #include <string.h>
 
 enum {
-    STEPS = 2,         /* of Jacobi: the first takes the mean of what the surface is away around a vertex */
-    KEEPING_ROUNDS = 8 /* of putting vertices back */
+    STEPS = 2 /* of Jacobi: the first takes the mean of what the surface is away around a vertex */
 };
 /* Eigenvalues of the scaled matrix lie between 1/2 and 2. */
 static const float DAMPING = 0.5f;
@@ -22,8 +23,6 @@ static const float DAMPING = 0.5f;
 static const float MOST = 0.25f;
 /* In the frame, of whose box the diagonal is 1: boundary vertices no farther from the cut lie on it. */
 static const double ON_CUT = 1e-5;
-/* Cosine between a corner's normals before and after: below it the quad's vertices stay. */
-static const float LEAST_TURN = 0.5f;
 
 /* A side or a diagonal of a quad, with what the surface is away at its middle. */
 typedef struct link {
@@ -223,42 +222,6 @@ static qw_vec3 *directions(qw_env *env, const qw_quadmesh *q, const qw_vec3 *fac
     return direction;
 }
 
-static qw_vec3 corner_normal(const qw_vec3 *position, const uint32_t *corner, uint32_t i)
-{
-    qw_vec3 p = position[corner[i]];
-    return qw_normalize(qw_cross(qw_sub(position[corner[(i + 1) & 3]], p), qw_sub(position[corner[(i + 3) & 3]], p)));
-}
-
-/* Whether corner i of the quad turns by too much, or becomes one that is inverted. */
-static bool is_worse(const qw_vec3 *before, const qw_vec3 *now, const uint32_t *corner, uint32_t i)
-{
-    qw_vec3 was = corner_normal(before, corner, i), is = corner_normal(now, corner, i);
-    return qw_dot(was, is) < LEAST_TURN ||
-           (qw_dot(is, qw_quad_cross(now, corner)) <= 0 && qw_dot(was, qw_quad_cross(before, corner)) > 0);
-}
-
-/* Puts back the vertices of quads of which a corner would turn over. */
-static void keep_corners(const fitting *t, const qw_vec3 *before)
-{
-    assert(t->quads->position && before);
-    const qw_quadmesh *q = t->quads;
-    bool goes_on = true;
-    for (int round = 0; goes_on && round < KEEPING_ROUNDS; round++) {
-        goes_on = false;
-        for (uint32_t f = 0; f < q->face_count; f++) {
-            const uint32_t *corner = q->corner + 4 * (size_t)f;
-            bool turns = false, has_moved = false;
-            for (uint32_t i = 0; i < 4; i++) {
-                turns |= is_worse(before, q->position, corner, i);
-                has_moved |= memcmp(&before[corner[i]], &q->position[corner[i]], sizeof *before) != 0;
-            }
-            if (!turns || !has_moved) continue;
-            for (uint32_t i = 0; i < 4; i++) q->position[corner[i]] = before[corner[i]];
-            goes_on = true;
-        }
-    }
-}
-
 void qw_fit_quads(qw_env *env, qw_quadmesh *quads, const qw_fit *fit)
 {
     assert(quads->twin && fit->tree && fit->strength >= 0 && fit->strength <= 1);
@@ -280,6 +243,6 @@ void qw_fit_quads(qw_env *env, qw_quadmesh *quads, const qw_fit *fit)
     part_sides(&t);
     for (uint32_t v = 0; v < n; v++)
         quads->position[v] = qw_madd(quads->position[v], fit->strength * t.rise[v], t.normal[v]);
-    keep_corners(&t, before);
+    qw_hold_back_flips(env, quads, before);
     qw_scope_end(env);
 }

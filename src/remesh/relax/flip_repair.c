@@ -4,6 +4,7 @@
  */
 #include "remesh/relax/flip_repair.h"
 
+#include "base/mechanisms.h"
 #include "geometry/quad_moves.h"
 #include "remesh/relax/quad_patch.h"
 
@@ -39,6 +40,7 @@ typedef enum remedy_for { FOR_CORNERS, FOR_DOUBTFUL, FOR_FLIPPED } remedy_for;
    inverted for each flipped quad that is repaired; unless it is ANY, one more quad may be in doubt. least_area: share
    of the patch's area that must be left. budget: in steps (qw_repair_site), at least and for each quad of the mesh. */
 typedef struct remedy {
+    qw_mechanism mechanism;
     const char *name;
     bool last_resort;
     remedy_for applies;
@@ -51,16 +53,76 @@ typedef struct remedy {
 } remedy;
 
 static const remedy table[] = {
-    {"membrane", false, FOR_FLIPPED, {1, 3}, 0, QW_MEMBRANE, QW_ON_CURVES, ANY, 0.4f, {6000, 4}},
-    {"membrane, in doubt", false, FOR_DOUBTFUL, {1, 3}, 0, QW_MEMBRANE, QW_ON_CURVES, ANY, 0.85f, {6000, 4}},
-    {"search", false, FOR_CORNERS, {1, 2}, 0, QW_SEARCH, QW_ON_CURVES, ANY, 0, {6000, 4}},
-    {"membrane and search", false, FOR_DOUBTFUL, {1, 3}, 0, QW_MEMBRANE_SEARCH, QW_ON_CURVES, ANY, 0, {6000, 4}},
-    {"membrane, corners slide", false, FOR_FLIPPED, {1, 3}, 0, QW_MEMBRANE, QW_CORNERS_SLIDE, ANY, 0.4f, {6000, 4}},
-    {"search, corners slide", false, FOR_CORNERS, {1, 2}, 0, QW_SEARCH, QW_CORNERS_SLIDE, ANY, 0, {6000, 4}},
-    {"off the curves", true, FOR_FLIPPED, {2, 2}, 0, QW_SEARCH_BOTH, QW_OFF_CURVES, 0, 0, {15000, 5}},
-    {"one move", true, FOR_FLIPPED, {2, 2}, 1, QW_SEARCH_BOTH, QW_OFF_CURVES, 0, 0, {15000, 15}},
-    {"two moves", true, FOR_FLIPPED, {2, 2}, 2, QW_SEARCH_BOTH, QW_OFF_CURVES, 0, 0, {15000, 15}},
-    {"one move, corners give way", true, FOR_FLIPPED, {2, 2}, 1, QW_SEARCH_BOTH, QW_OFF_CURVES, 4, 0, {15000, 15}},
+    {QW_MECH_MEMBRANE, "membrane", false, FOR_FLIPPED, {1, 3}, 0, QW_MEMBRANE, QW_ON_CURVES, ANY, 0.4f, {6000, 4}},
+    {QW_MECH_MEMBRANE_DOUBT,
+     "membrane, in doubt",
+     false,
+     FOR_DOUBTFUL,
+     {1, 3},
+     0,
+     QW_MEMBRANE,
+     QW_ON_CURVES,
+     ANY,
+     0.85f,
+     {6000, 4}},
+    {QW_MECH_SEARCH, "search", false, FOR_CORNERS, {1, 2}, 0, QW_SEARCH, QW_ON_CURVES, ANY, 0, {6000, 4}},
+    {QW_MECH_MEMBRANE_SEARCH,
+     "membrane and search",
+     false,
+     FOR_DOUBTFUL,
+     {1, 3},
+     0,
+     QW_MEMBRANE_SEARCH,
+     QW_ON_CURVES,
+     ANY,
+     0,
+     {6000, 4}},
+    {QW_MECH_MEMBRANE_SLIDE,
+     "membrane, corners slide",
+     false,
+     FOR_FLIPPED,
+     {1, 3},
+     0,
+     QW_MEMBRANE,
+     QW_CORNERS_SLIDE,
+     ANY,
+     0.4f,
+     {6000, 4}},
+    {QW_MECH_SEARCH_SLIDE,
+     "search, corners slide",
+     false,
+     FOR_CORNERS,
+     {1, 2},
+     0,
+     QW_SEARCH,
+     QW_CORNERS_SLIDE,
+     ANY,
+     0,
+     {6000, 4}},
+    {QW_MECH_OFF_CURVES,
+     "off the curves",
+     true,
+     FOR_FLIPPED,
+     {2, 2},
+     0,
+     QW_SEARCH_BOTH,
+     QW_OFF_CURVES,
+     0,
+     0,
+     {15000, 5}},
+    {QW_MECH_ONE_MOVE, "one move", true, FOR_FLIPPED, {2, 2}, 1, QW_SEARCH_BOTH, QW_OFF_CURVES, 0, 0, {15000, 15}},
+    {QW_MECH_TWO_MOVES, "two moves", true, FOR_FLIPPED, {2, 2}, 2, QW_SEARCH_BOTH, QW_OFF_CURVES, 0, 0, {15000, 15}},
+    {QW_MECH_CORNERS_GIVE_WAY,
+     "one move, corners give way",
+     true,
+     FOR_FLIPPED,
+     {2, 2},
+     1,
+     QW_SEARCH_BOTH,
+     QW_OFF_CURVES,
+     4,
+     0,
+     {15000, 15}},
 };
 enum { REMEDIES = sizeof table / sizeof *table, PASSES = 2 };
 
@@ -318,12 +380,13 @@ static void run_table(engine *g)
     uint32_t faces = g->site.e.mesh.face_count;
     for (const remedy *r = table; r < table + REMEDIES; r++) {
         uint32_t tried = 0, kept = 0;
-        if (r->last_resort != g->repair->last_resort) continue;
+        if (r->last_resort != g->repair->last_resort || !qw_uses(g->site.env, r->mechanism)) continue;
         if (r->freedom == QW_CORNERS_SLIDE && !g->site.all_curves)
             g->site.all_curves = qw_all_curves(g->site.env, g->site.surface);
         memset(g->failed, 0, faces);
         g->site.budget = r->budget[0] + (uint64_t)r->budget[1] * faces;
         for (int pass = 0; pass < PASSES && repair_all(g, r, &tried, &kept); pass++) {}
+        qw_acted(g->site.env, r->mechanism, tried), qw_kept(g->site.env, r->mechanism, kept);
         if (tried > 0) qw_log(g->site.env, QW_LOG_DEBUG, "%s: %u of %u quads helped", r->name, kept, tried);
     }
 }

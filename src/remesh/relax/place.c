@@ -5,15 +5,16 @@
  */
 #include "remesh/relax/quad_patch.h"
 
+#include "geometry/step_search.h"
+
 #include <assert.h>
 #include <math.h>
 #include <string.h>
 
 enum {
-    SPREADS = 40,  /* sweeps of the membrane: its patches are at most a dozen quads wide */
-    SETTLINGS = 4, /* onto the surface, with a sweep between */
-    SWEEPS = 30,   /* of the search */
-    DIRECTIONS = 8,
+    SPREADS = 40,       /* sweeps of the membrane: its patches are at most a dozen quads wide */
+    SETTLINGS = 4,      /* onto the surface, with a sweep between */
+    SWEEPS = 30,        /* of the search */
     SEARCHES_A_QUAD = 6 /* searches of single vertices, for each quad of the patch, in the last resort: it searches
                            after every move */
 };
@@ -177,14 +178,6 @@ static double cost_of(const qw_repair_site *s, const qw_patch *p, uint32_t f)
     return cost;
 }
 
-/* Cost of the quads around v; returns early, with a lower bound, once it reaches `most`. */
-static double cost_around(const qw_repair_site *s, const qw_patch *p, uint32_t v, double most)
-{
-    double cost = 0;
-    for (uint32_t k = p->begin[v]; k < p->begin[v + 1] && cost < most; k++) cost += cost_of(s, p, p->around[k] / 4);
-    return cost;
-}
-
 static float edge_at(const qw_patch *p, uint32_t v)
 {
     float sum = 0;
@@ -192,83 +185,64 @@ static float edge_at(const qw_patch *p, uint32_t v)
     return sum / (float)(p->begin[v + 1] - p->begin[v]);
 }
 
-/* Where the vertex of a search may go. hint: a triangle of the surface that may be near, or QW_NONE; looked: triangles
-   that were looked at so far. */
-typedef struct footing {
-    qw_vec3 normal;
-    uint32_t hint;
-    uint64_t looked;
-} footing;
+typedef struct searching {
+    qw_repair_site *site;
+    qw_patch *patch;
+    float step;      /* in mean lengths of the edges around a vertex */
+    qw_vec3 normal;  /* at the vertex that is searched */
+    uint32_t hint;   /* a triangle of the surface that may be near, or QW_NONE */
+    uint64_t looked; /* triangles that it has looked at */
+} searching;
 
-/* Moves v towards a point: onto its curve if it is bound to one, else onto the surface. */
-static void move_to(const qw_repair_site *s, qw_patch *p, uint32_t v, qw_vec3 to, footing *g)
+static double frame_of(void *user, uint32_t v, qw_spot *here, qw_vec3 axis[2])
 {
-    float length = qw_distance(to, p->position[v]);
+    searching *s = user;
+    const qw_patch *p = s->patch;
+    qw_vec3 up = s->normal = up_at(p, v);
+    s->hint = QW_NONE;
+    here->up = p->ground[v], here->on = p->edge[v];
+    axis[0] = qw_any_orthogonal(up), axis[1] = qw_cross(up, axis[0]);
+    qw_spend(s->site, 1, s->looked), s->looked = 0;
+    return (double)(s->step * edge_at(p, v));
+}
+
+/* Onto its curve if v is bound to one, else onto the surface. */
+static bool land(void *user, uint32_t v, const double aimed[3], qw_spot *spot)
+{
+    searching *t = user;
+    qw_repair_site *s = t->site;
+    const qw_patch *p = t->patch;
+    qw_vec3 from = qw_v3_of_doubles(spot->at), to = qw_v3_of_doubles(aimed), point;
+    float length = qw_distance(to, from);
     if (p->role[v] == QW_ROLE_BOUND) {
-        p->position[v] = qw_slide_bound(&s->curves, &p->edge[v], to);
+        point = qw_slide_bound(&s->curves, &spot->on, to);
     } else if (p->role[v] == QW_ROLE_CORNER) {
         qw_curve_hit hit = qw_curve_nearest(s->all_curves, to, length);
-        if (hit.segment != QW_NONE && qw_distance(hit.point, p->home[v]) <= MOST_ASTRAY * s->edge)
-            p->position[v] = hit.point;
+        point = hit.point;
+        if (hit.segment == QW_NONE || qw_distance(point, p->home[v]) > MOST_ASTRAY * s->edge) return false;
     } else {
         uint32_t part = qw_patch_component(s, p);
-        qw_hit hit = qw_bvh_nearest_of(s->tree, part, to, g->normal, QW_SAME_SHEET, length, g->hint);
-        g->looked += hit.looked;
-        if (hit.face != QW_NONE) g->hint = hit.face;
-        if (p->role[v] == QW_ROLE_STRAY && qw_distance(hit.point, p->home[v]) > MOST_STRAY * s->edge) return;
-        put(s, p, v, &hit);
+        qw_hit hit = qw_bvh_nearest_of(s->tree, part, to, t->normal, QW_SAME_SHEET, length, t->hint);
+        t->looked += hit.looked;
+        if (hit.face == QW_NONE) return false;
+        t->hint = hit.face, point = hit.point, spot->up = qw_normalize(qw_face_cross(s->surface, hit.face));
+        if (p->role[v] == QW_ROLE_STRAY && qw_distance(point, p->home[v]) > MOST_STRAY * s->edge) return false;
     }
+    qw_to_doubles(point, spot->at);
+    return true;
 }
 
-static const float direction[DIRECTIONS][2] = {{1, 0},  {0.7071f, 0.7071f},   {0, 1},  {-0.7071f, 0.7071f},
-                                               {-1, 0}, {-0.7071f, -0.7071f}, {0, -1}, {0.7071f, -0.7071f}};
-
-/* Of the cost before, what may be left after a step: one that saves less is not worth a new round of its neighbours. */
-static const double LEFT_OF_COST = 0.999;
-
-/* Moves v to the best of eight positions, one step away. Returns whether the quads around it cost less there. */
-static bool search_vertex(qw_repair_site *s, qw_patch *p, uint32_t v, float step)
+static void put_spot(void *user, uint32_t v, const qw_spot *spot)
 {
-    assert(v < p->quads.vertex_count && step > 0);
-    double least = cost_around(s, p, v, INFINITY);
-    qw_vec3 from = p->position[v], best = from, up = up_at(p, v), a = qw_any_orthogonal(up), b = qw_cross(up, a);
-    qw_vec3 up_before = p->ground[v], best_ground = up_before;
-    uint32_t edge = p->edge[v], best_edge = edge;
-    footing g = {up, QW_NONE, 0};
-    float length = step * edge_at(p, v);
-    bool found = false;
-    for (int i = 0; i < DIRECTIONS; i++) {
-        move_to(s, p, v, qw_madd(qw_madd(from, length * direction[i][0], a), length * direction[i][1], b), &g);
-        double cost = cost_around(s, p, v, least);
-        if (cost < LEFT_OF_COST * least) {
-            least = cost, found = true;
-            best = p->position[v], best_ground = p->ground[v], best_edge = p->edge[v];
-        }
-        p->position[v] = from, p->ground[v] = up_before, p->edge[v] = edge;
-    }
-    qw_spend(s, 1, g.looked);
-    p->position[v] = best, p->ground[v] = best_ground, p->edge[v] = best_edge;
-    return found;
+    qw_patch *p = ((const searching *)user)->patch;
+    p->ground[v] = spot->up, p->edge[v] = spot->on;
 }
 
-static void wake_around(qw_patch *p, uint32_t v)
+static double cost_at(void *user, uint32_t v, uint32_t f)
 {
-    for (uint32_t k = p->begin[v]; k < p->begin[v + 1]; k++)
-        for (uint32_t i = 0; i < 4; i++) p->awake[p->corner[(p->around[k] & ~3u) + i]] = 1;
-}
-
-/* All vertices once, but for those around which nothing has moved since their last search. Returns whether any has
- * found a better place. */
-static bool sweep(qw_repair_site *s, qw_patch *p, float step)
-{
-    bool any = false;
-    for (uint32_t k = 0; k < p->moving_count; k++) {
-        uint32_t v = p->moving[k];
-        if (!p->awake[v]) continue;
-        p->awake[v] = 0;
-        if (search_vertex(s, p, v, step)) wake_around(p, v), any = true;
-    }
-    return any;
+    (void)v;
+    const searching *s = user;
+    return cost_of(s->site, s->patch, f);
 }
 
 static void try_search(qw_repair_site *s, qw_patch *p)
@@ -278,10 +252,12 @@ static void try_search(qw_repair_site *s, qw_patch *p)
              reserve = p->freedom == QW_OFF_CURVES && s->budget > most ? s->budget - most : 0;
     look_up(s, p);
     memset(p->awake, 1, sizeof p->awake);
-    float step = FIRST_STEP;
-    for (int i = 0; i < SWEEPS && step > LEAST_STEP && s->budget >= reserve + p->moving_count; i++) {
-        if (sweep(s, p, step)) continue;
-        step *= 0.5f;
+    searching t = {s, p, FIRST_STEP, {0, 0, 0}, QW_NONE, 0};
+    const qw_step_search search = {p->corner, p->position, NULL,     p->begin, p->around, p->awake,
+                                   1,         &t,          frame_of, land,     put_spot,  cost_at};
+    for (int i = 0; i < SWEEPS && t.step > LEAST_STEP && s->budget >= reserve + p->moving_count; i++) {
+        if (qw_search_all(&search, p->moving, p->moving_count)) continue;
+        t.step *= 0.5f;
         memset(p->awake, 1, sizeof p->awake);
     }
     qw_patch_keep_better(s, p);

@@ -10,9 +10,12 @@
  */
 #include "remesh/relax/relax.h"
 
+#include "base/mechanisms.h"
 #include "base/constants.h"
 #include "geometry/bvh.h"
+#include "geometry/go_back.h"
 #include "geometry/slide.h"
+#include "geometry/step_search.h"
 #include "remesh/relax/flip_repair.h"
 #include "remesh/relax/diagonals.h"
 #include "remesh/relax/relax_align.h"
@@ -26,7 +29,7 @@
 #include <string.h>
 
 /* Few steps do, as each is nearly Newton's. */
-enum { STEPS = 12, REJECTIONS = 3, SOLVE_MOST = 80, GRAIN = 512, GUARD_ROUNDS = 24, HALVINGS = 3, SPREADS = 10 };
+enum { STEPS = 12, REJECTIONS = 3, SOLVE_MOST = 80, GRAIN = 512, SPREADS = 10 };
 _Static_assert(GRAIN % QW_LANES == 0, "no four quads are in two blocks");
 
 /* The surface's normal beside the quad's own, whose length is twice its area, where the two say together how a quad is
@@ -97,8 +100,7 @@ typedef struct relaxation {
     uint8_t *face_up;
     double *sum;          /* [blocks of faces] */
     float *share;         /* [vertices] of the step that is taken */
-    int halvings;         /* left before a vertex that would turn a quad over stays where it is */
-    uint8_t *halve;       /* [vertices] the share is to be halved */
+    uint8_t *moves;       /* [vertices] its step, or the share of it, is another than when it was moved last */
     qw_vec2 *step;        /* [vertices] along the axes */
     qw_relax_lines lines; /* along is NULL: no quad has a direction */
     float lift;           /* weight of edges that lift off, as a root */
@@ -463,7 +465,7 @@ static void move_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     (void)block;
     relaxation *r = user;
     for (uint32_t v = begin, hint = QW_NONE; v < end; v++) { /* neighbours follow one another */
-        if (!r->halve[v]) continue;
+        if (!r->moves[v]) continue;
         move_vertex(r, v, hint);
         hint = r->next_face[v];
     }
@@ -475,35 +477,29 @@ static bool turns_over(const relaxation *r, uint32_t f)
     return r->next_energy[f] > MOST_RISE * (r->energy[f] + 1);
 }
 
-static void guard_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void find_turned(qw_env *env, void *user, uint8_t *is_worse)
 {
-    (void)block;
     relaxation *r = user;
-    for (uint32_t v = begin; v < end; v++) {
-        r->halve[v] = 0;
-        for (uint32_t k = r->begin[v]; k < r->begin[v + 1] && !r->halve[v]; k++)
-            r->halve[v] = turns_over(r, r->around[k] / 4);
-        if (r->halve[v]) r->share[v] = r->halvings > 0 ? 0.5f * r->share[v] : 0;
-    }
+    qw_parallel(env, r->quads->vertex_count, GRAIN, move_block, r);
+    qw_parallel(env, r->quads->face_count, GRAIN, survey_block, r);
+    memset(r->moves, 0, r->quads->vertex_count);
+    for (uint32_t f = 0; f < r->quads->face_count; f++) is_worse[f] = turns_over(r, f);
+}
+
+static void go_back(void *user, uint32_t v, float share)
+{
+    relaxation *r = user;
+    r->share[v] = share, r->moves[v] = 1;
 }
 
 /* Steps as far as can be without turning a corner over; whether that lowers the energy. */
 static bool try_step(qw_env *env, relaxation *r, double energy, double *after)
 {
-    assert(r->halve && r->share && after);
-    uint32_t n = r->quads->vertex_count, faces = r->quads->face_count;
-    memset(r->halve, 1, n);
-    for (int round = 0; round < GUARD_ROUNDS; round++) {
-        qw_parallel(env, n, GRAIN, move_block, r);
-        qw_parallel(env, faces, GRAIN, survey_block, r);
-        *after = sum_blocks(r);
-        bool bad = false;
-        r->halvings = HALVINGS - round;
-        for (uint32_t f = 0; f < faces && !bad; f++) bad = turns_over(r, f);
-        if (!bad) return *after < energy;
-        qw_parallel(env, n, GRAIN, guard_block, r);
-    }
-    return false;
+    assert(r->moves && r->share && after);
+    memset(r->moves, 1, r->quads->vertex_count);
+    bool is_sound = qw_go_back(env, &(qw_going_back){r->quads, false, r, find_turned, go_back}, NULL);
+    *after = sum_blocks(r);
+    return is_sound && *after < energy;
 }
 
 static void take_step(relaxation *r)
@@ -561,16 +557,6 @@ static void descend(qw_env *env, relaxation *r)
 
 /* ---- what is given */
 
-static void collect_corners(qw_env *env, relaxation *r)
-{
-    uint32_t n = r->quads->vertex_count, sides = 4 * r->quads->face_count;
-    r->begin = QW_NEW_ZERO(env, uint32_t, (size_t)n + 2);
-    r->around = QW_NEW(env, uint32_t, sides);
-    for (uint32_t h = 0; h < sides; h++) r->begin[r->quads->corner[h] + 2]++;
-    for (uint32_t v = 0; v < n; v++) r->begin[v + 2] += r->begin[v + 1];
-    for (uint32_t h = 0; h < sides; h++) r->around[r->begin[r->quads->corner[h] + 1]++] = h;
-}
-
 static float area_of(const relaxation *r, uint32_t f) { return 0.5f * qw_length(twice_area(r, f, r->position)); }
 
 /* Where there are many times more or fewer quads than wanted, as in parts that had to be made finer than was asked for,
@@ -599,42 +585,23 @@ static void limit_wanted(qw_env *env, relaxation *r)
     qw_free(env, at_face), qw_free(env, at_vertex);
 }
 
-/* Vertices that would turn a whole quad round on their way to the surface stay for now: the normal was no guide there.
- */
-static void hold_back(qw_env *env, relaxation *r)
+static void find_flipped(qw_env *env, void *user, uint8_t *is_worse)
 {
-    assert(r->share && r->position && r->next);
+    (void)env;
+    const relaxation *r = user;
     const qw_quadmesh *q = r->quads;
     for (uint32_t f = 0; f < q->face_count; f++) {
-        qw_vec3 before = twice_area(r, f, r->position), after = twice_area(r, f, r->next);
-        if (!is_sound(r, f, before) || qw_dot(before, after) > 0) continue;
-        for (uint32_t i = 0; i < 4; i++) r->share[q->corner[4 * f + i]] = 0;
+        const uint32_t *c = q->corner + 4 * (size_t)f;
+        qw_vec3 up = qw_add(qw_add(r->normal[c[0]], r->normal[c[1]]), qw_add(r->normal[c[2]], r->normal[c[3]]));
+        is_worse[f] = qw_dot(twice_area(r, f, r->position), up) <= 0 && qw_dot(twice_area(r, f, q->position), up) >= 0;
     }
-    for (uint32_t v = 0; v < q->vertex_count; v++)
-        r->halve[v] = r->share[v] <= 0; /* the others are where they were going */
-    qw_parallel(env, q->vertex_count, GRAIN, move_block, r);
 }
 
-/* Curves closer than their quads are wide may draw vertices past one another. Those of quads that were flipped go
-   back to where they were and are bound to nothing. */
-static void unbind_inverted(relaxation *r)
+static void unbind(void *user, uint32_t v, float share)
 {
-    const qw_quadmesh *q = r->quads;
-    for (bool changed = true; changed;) { /* a vertex goes back once at most */
-        changed = false;
-        for (uint32_t f = 0; f < q->face_count; f++) {
-            const uint32_t *c = q->corner + 4 * (size_t)f;
-            qw_vec3 up = qw_add(qw_add(r->normal[c[0]], r->normal[c[1]]), qw_add(r->normal[c[2]], r->normal[c[3]]));
-            if (qw_dot(twice_area(r, f, r->position), up) > 0 || qw_dot(twice_area(r, f, q->position), up) < 0)
-                continue;
-            for (uint32_t i = 0; i < 4; i++) {
-                uint32_t v = c[i];
-                if (r->curves.edge[v] == QW_NONE && qw_distance(r->position[v], q->position[v]) == 0) continue;
-                r->position[v] = q->position[v], r->curves.edge[v] = QW_NONE;
-                changed = true;
-            }
-        }
-    }
+    (void)share;
+    relaxation *r = user;
+    r->position[v] = r->quads->position[v], r->curves.edge[v] = QW_NONE;
 }
 
 /* Onto the surface: the only move that may turn a corner over. */
@@ -647,15 +614,15 @@ static void settle(qw_env *env, relaxation *r)
     memcpy(r->normal, normal, n * sizeof *normal);
     qw_free(env, normal);
     r->curves = qw_bind_curves(env, r->quads, r->surface, r->size, r->position);
-    unbind_inverted(r);
+    /* curves closer than their quads are wide may draw vertices past one another */
+    if (qw_uses(env, QW_MECH_UNBIND)) qw_go_back(env, &(qw_going_back){r->quads, true, r, find_flipped, unbind}, NULL);
     memset(r->face, 0xff, n * sizeof *r->face);
     memset(r->axis, 0, n * sizeof *r->axis);
     memset(r->step, 0, n * sizeof *r->step);
     memset(r->reference, 0, faces * sizeof *r->reference);
     for (uint32_t v = 0; v < n; v++) r->share[v] = 1;
-    memset(r->halve, 1, n);
+    memset(r->moves, 1, n);
     qw_parallel(env, n, GRAIN, move_block, r);
-    hold_back(env, r);
     take_step(r);
 }
 
@@ -698,6 +665,7 @@ static void choose_diagonals(qw_env *env, const relaxation *r, uint8_t *turn)
     uint32_t *place = QW_NEW(env, uint32_t, now.vertex_count);
     for (uint32_t v = 0; v < now.vertex_count; v++) place[v] = place_of(r, v);
     qw_choose_diagonals(env, &now, r->surface, r->outgoing, r->tree, place, turn);
+    for (uint32_t f = 0; f < now.face_count; f++) qw_did(env, QW_MECH_DIAGONALS, turn[f] != 0);
     qw_free(env, place);
 }
 
@@ -744,7 +712,7 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     r.axis = qw_alloc(env, n, sizeof *r.axis);
     r.face = QW_NEW(env, uint32_t, n), r.next_face = QW_NEW(env, uint32_t, n), r.next_edge = QW_NEW(env, uint32_t, n);
     r.ground = QW_NEW_ZERO(env, qw_vec3, n), r.next_ground = QW_NEW(env, qw_vec3, n);
-    r.size = QW_NEW(env, float, n), r.share = QW_NEW(env, float, n), r.halve = QW_NEW(env, uint8_t, n),
+    r.size = QW_NEW(env, float, n), r.share = QW_NEW(env, float, n), r.moves = QW_NEW(env, uint8_t, n),
     r.step = QW_NEW(env, qw_vec2, n);
     r.reference = QW_NEW(env, qw_vec3, faces), r.facing = QW_NEW(env, qw_vec3, faces);
     r.model = QW_NEW(env, qw_relax_model, faces / QW_LANES + 1);
@@ -753,7 +721,7 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     r.next_energy = QW_NEW(env, float, faces);
     r.sum = QW_NEW_ZERO(env, double, (size_t)qw_block_count(faces, GRAIN) + 1);
     memcpy(r.position, quads->position, n * sizeof *r.position);
-    collect_corners(env, &r);
+    qw_corners_at_vertices(env, r.quads, &r.begin, &r.around);
     bool has_lines = target->direction && target->follow > 0;
     const qw_bvh *near = target->near;
     if (has_lines && !near) near = qw_bvh_build(env, target->mesh);
@@ -769,13 +737,13 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
                                        shares_of(env, &r, asked));
     r.lines.near = found;
     descend(env, &r);
-    if (land(&r)) descend(env, &r);
+    if (qw_uses(env, QW_MECH_LAND) && land(&r)) descend(env, &r), qw_did(env, QW_MECH_LAND, 1);
     qw_quadmesh now = *quads;
     now.position = r.position, now.kind = kinds_with_held(env, &r);
     qw_flip_repair repair = {.surface = surface, .tree = r.tree, .curves = &r.curves, .ground = r.ground};
     if (!target->leaves_flips)
         qw_repair_flips(env, &now, &repair, target->flipped ? target->flipped : QW_NEW(env, uint8_t, faces));
-    if (target->turn) choose_diagonals(env, &r, target->turn);
+    if (target->turn && qw_uses(env, QW_MECH_DIAGONALS)) choose_diagonals(env, &r, target->turn);
     qw_keep(env, r.position);
     qw_scope_end(env);
     return r.position;

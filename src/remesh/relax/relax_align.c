@@ -6,8 +6,6 @@
 #include <assert.h>
 #include <math.h>
 
-enum { GRAIN = 512 };
-
 /* ---- directions at the quads */
 
 typedef struct lookup {
@@ -75,7 +73,7 @@ qw_relax_lines qw_begin_relax_lines(qw_env *env, const qw_quadmesh *quads, const
 void qw_find_relax_lines(qw_env *env, qw_relax_lines *lines, const qw_vec3 *position)
 {
     lookup t = {position, lines};
-    qw_parallel(env, lines->quads->face_count, GRAIN, look_up_block, &t);
+    qw_parallel(env, lines->quads->face_count, QW_GRAIN_HEAVY, look_up_block, &t);
 }
 
 /* ---- energy */

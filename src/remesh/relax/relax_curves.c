@@ -1,5 +1,6 @@
 #include "remesh/relax/relax_curves.h"
 
+#include "base/mechanisms.h"
 #include "base/constants.h"
 #include "base/sets.h"
 #include "base/elementary.h"
@@ -214,7 +215,8 @@ static void bind_vertices(qw_env *env, const qw_quadmesh *quads, curve_set *c, q
         b->edge[v] = c->half[nearest[v]];
         position[v] = qw_slide_bound(b, &b->edge[v], position[v]);
     }
-    follow_chains(env, quads, b, reach, position);
+    if (qw_uses(env, QW_MECH_CURVE_VOTES))
+        follow_chains(env, quads, b, reach, position), qw_did(env, QW_MECH_CURVE_VOTES, 1);
     for (uint32_t v = 0; v < n; v++) { /* where a chain runs over several curves */
         if (nearest[v] == QW_NONE || b->edge[v] != QW_NONE) continue;
         b->edge[v] = c->half[nearest[v]];
@@ -282,6 +284,7 @@ static void pin_kinks(qw_env *env, const qw_quadmesh *quads, const curve_set *c,
     for (uint32_t i = 0; i < count; i++) {
         uint32_t v = owner[i];
         if (v == QW_NONE || !is_kink(c, vertex[i], size[v])) continue;
+        qw_did(env, QW_MECH_KINKS, 1);
         quads->kind[v] = QW_VERTEX_CORNER, b->edge[v] = QW_NONE, position[v] = place[i];
     }
     qw_free(env, vertex), qw_free(env, owner), qw_free(env, place);
@@ -305,7 +308,7 @@ qw_curve_binding qw_bind_curves(qw_env *env, const qw_quadmesh *quads, const qw_
     if (c.count == 0) return b;
     label_curves(env, &c, b.stop);
     bind_vertices(env, quads, &c, &b, size, position);
-    pin_kinks(env, quads, &c, &b, size, position);
+    if (qw_uses(env, QW_MECH_KINKS)) pin_kinks(env, quads, &c, &b, size, position);
     return b;
 }
 

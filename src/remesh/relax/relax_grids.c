@@ -4,7 +4,7 @@
 #include <string.h>
 
 /* DENSE: patches whose system is solved as it is. */
-enum { MOST_GRIDS = 12, GRAIN = 64, DENSE = 48 };
+enum { MOST_GRIDS = 12, DENSE = 48 };
 
 /* A mark on groups that are joined later. */
 static const uint32_t LATE = 0x80000000u;
@@ -221,8 +221,8 @@ void qw_relax_grids_fill(qw_env *env, qw_relax_grids *g, qw_vec3 (*axis)[2])
     assert(g->count > 0 && axis);
     g->grid[0].axis = axis;
     for (uint32_t i = 0; i + 1 < g->count; i++) {
-        qw_parallel(env, g->grid[i + 1].a.count, GRAIN, share_block, &g->grid[i]);
-        qw_parallel(env, g->grid[i + 1].a.count, GRAIN, coarse_block, &g->grid[i]);
+        qw_parallel(env, g->grid[i + 1].a.count, QW_GRAIN_SEARCH, share_block, &g->grid[i]);
+        qw_parallel(env, g->grid[i + 1].a.count, QW_GRAIN_SEARCH, coarse_block, &g->grid[i]);
     }
     if (g->dense) factor(g);
 }
@@ -274,7 +274,7 @@ qw_relax_correction qw_relax_grids_correct(qw_env *env, qw_relax_grids *g, const
     assert(g->count > 0 && r);
     if (g->count < 2) return (qw_relax_correction){0};
     grid *l = g->grid;
-    qw_parallel(env, l[1].a.count, GRAIN, restrict_block, &(restriction){l, r});
+    qw_parallel(env, l[1].a.count, QW_GRAIN_SEARCH, restrict_block, &(restriction){l, r});
     for (uint32_t i = 1; i + 1 < g->count; i++) restrict_block(&(restriction){l + i, l[i].r}, 0, 0, l[i + 1].a.count);
     solve_coarse(g);
     qw_relax_correction c = {l->group, (const float(*)[4])l->share, l[1].z, 0};

@@ -3,8 +3,6 @@
 #include <assert.h>
 #include <string.h>
 
-enum { GRAIN = 512 };
-
 /* ---- pattern */
 
 static uint32_t find_slot(const qw_relax_system *s, uint32_t v, uint32_t end, uint32_t to)
@@ -42,7 +40,7 @@ qw_relax_system qw_relax_system_create(qw_env *env, const qw_quadmesh *quads, co
     s.q = QW_NEW(env, qw_vec2, n);
     qw_relax_matrix fine = {n, s.row, s.column, s.block};
     s.grids = qw_relax_grids_create(env, &fine);
-    s.sum = QW_NEW_ZERO(env, double, (size_t)qw_block_count(n, GRAIN) + 1);
+    s.sum = QW_NEW_ZERO(env, double, (size_t)qw_block_count(n, QW_GRAIN_HEAVY) + 1);
     return s;
 }
 
@@ -85,7 +83,7 @@ void qw_relax_system_fill(qw_env *env, qw_relax_system *s, const qw_relax_model 
 {
     assert(s->grids && model && axis && damping >= 0);
     filling f = {s, model, damping};
-    qw_parallel(env, s->count, GRAIN, fill_rows, &f);
+    qw_parallel(env, s->count, QW_GRAIN_HEAVY, fill_rows, &f);
     qw_relax_grids_fill(env, s->grids, axis);
 }
 
@@ -94,7 +92,7 @@ void qw_relax_system_fill(qw_env *env, qw_relax_system *s, const qw_relax_model 
 static double total(const qw_relax_system *s)
 {
     double sum = 0;
-    for (uint32_t i = 0; i < qw_block_count(s->count, GRAIN); i++) sum += s->sum[i];
+    for (uint32_t i = 0; i < qw_block_count(s->count, QW_GRAIN_HEAVY); i++) sum += s->sum[i];
     return sum;
 }
 
@@ -169,17 +167,17 @@ static double product_with_grids(qw_env *env, qw_relax_system *s)
 uint32_t qw_relax_system_solve(qw_env *env, qw_relax_system *s, float tolerance, uint32_t most)
 {
     assert(tolerance > 0);
-    qw_parallel(env, s->count, GRAIN, start_block, s);
+    qw_parallel(env, s->count, QW_GRAIN_HEAVY, start_block, s);
     double rz = product_with_grids(env, s), enough = rz * (double)tolerance * (double)tolerance;
     uint32_t i = 0;
     s->beta = 0;
     for (; i < most && rz > enough && rz > 0; i++) {
-        qw_parallel(env, s->count, GRAIN, turn_block, s);
-        qw_parallel(env, s->count, GRAIN, multiply_block, s);
+        qw_parallel(env, s->count, QW_GRAIN_HEAVY, turn_block, s);
+        qw_parallel(env, s->count, QW_GRAIN_HEAVY, multiply_block, s);
         double pq = total(s);
         if (!(pq > 0)) break;
         s->alpha = (float)(rz / pq);
-        qw_parallel(env, s->count, GRAIN, step_block, s);
+        qw_parallel(env, s->count, QW_GRAIN_HEAVY, step_block, s);
         double next = product_with_grids(env, s);
         s->beta = (float)(next / rz);
         rz = next;

@@ -1,5 +1,6 @@
 #include "remesh/sizes/density.h"
 
+#include "base/mechanisms.h"
 #include "remesh/sizes/scale.h"
 #include "base/elementary.h"
 #include "geometry/bvh.h"
@@ -349,7 +350,8 @@ static void find_even(qw_env *env, const qw_trimesh *m, const qw_density_wish *w
     double between = sqrt(NEAR * edge * far), radius[POWERS] = {NEAR * edge, between, between, far};
     for (int i = 0; i < POWERS; i++) {
         double power = NEAREST_POWER[i] + seen * (SEEN_POWER[i] - NEAREST_POWER[i]);
-        if (power == 0) continue;
+        if (power == 0 || !qw_uses(env, i == LESSER_FAR ? QW_MECH_DENSITY_FAR : QW_MECH_DENSITY_BETWEEN)) continue;
+        if (i > 0) qw_did(env, i == LESSER_FAR ? QW_MECH_DENSITY_FAR : QW_MECH_DENSITY_BETWEEN, 1);
         memcpy(mean, of[i], n * sizeof *mean);
         average_widely(env, &w->cells, w->area, radius[i], mean);
         t.power = power * fmin(wish->strength / NEAREST, 1);

@@ -2,7 +2,7 @@
  *
  * A quad of edge s on a surface of curvature k bows by s^2 k / 8. Were the bow equal everywhere, s would go as the root
  * of 1 / k; a little less than that is best for the mean distance as well. Curvature is that of the input itself in a
- * ball as wide as the quads will be there (mesh/lumps.h). Besides, there should be some quads around a limb
+ * ball as wide as the quads will be there. Besides, there should be some quads around a limb
  * and between two feature curves. Sizes grow from quad to quad by a bounded factor, and the number of quads stays as it
  * was.
  */

@@ -14,7 +14,6 @@ static const float FLAT = 0.1f;         /* of the cell: most that a vertex of a 
 static const float LEAST_COSINE = 0.2f; /* between a new triangle and the clusters at its corners */
 
 enum {
-    GRAIN = 16384,
     CLUSTER_GRAIN = 512,
     SPLITS = 4,  /* how often a cluster is tried in smaller cells */
     LEVELS = 24, /* of cells, each half as large as the one before */
@@ -99,7 +98,7 @@ static void find_levels(void *user, uint32_t block, uint32_t begin, uint32_t end
 static void open_all(clustering *c)
 {
     const qw_trimesh *m = c->input;
-    qw_parallel(c->env, m->vertex_count, GRAIN, find_levels, c);
+    qw_parallel(c->env, m->vertex_count, QW_GRAIN_LIGHT, find_levels, c);
     for (uint32_t v = 0; m->point && v < m->vertex_count; v++)
         if (m->point[v]) c->level[v] = ALONE;
     for (uint32_t h = 0; h < 3 * m->face_count; h++) {
@@ -123,10 +122,10 @@ static void join(clustering *c, uint32_t a, uint32_t b)
 /* Joins what lies in one cell and hangs together there, and gives each set the number of a new cluster. */
 static void group(clustering *c)
 {
-    qw_parallel(c->env, c->opened_count, GRAIN, find_cells, c);
+    qw_parallel(c->env, c->opened_count, QW_GRAIN_LIGHT, find_cells, c);
     for (uint32_t i = 0; i < c->touched_count; i++) {
         const uint32_t *corner = c->input->corner + 3 * (size_t)touched_at(c, i);
-        if (i % GRAIN == 0) qw_break_silence(c->env);
+        if (i % QW_GRAIN_LIGHT == 0) qw_break_silence(c->env);
         join(c, corner[0], corner[1]), join(c, corner[1], corner[2]), join(c, corner[2], corner[0]);
     }
     c->first = c->count;
@@ -253,13 +252,13 @@ static void find_corners(void *user, uint32_t block, uint32_t begin, uint32_t en
 /* Gathers the triangles whose corners are in three clusters: of all, or of those that may be others than before. */
 static void find_triangles(clustering *c)
 {
-    if (!c->touched) qw_parallel(c->env, c->input->face_count, GRAIN, find_three, c);
+    if (!c->touched) qw_parallel(c->env, c->input->face_count, QW_GRAIN_LIGHT, find_three, c);
     for (uint32_t i = 0; c->touched && i < c->touched_count; i++)
         set_bit(c->three, c->touched[i], has_three(c, c->touched[i]));
     qw_free(c->env, c->face), qw_free(c->env, c->corner);
     c->face = list_bits(c->env, c->three, c->input->face_count, &c->triangles);
     c->corner = QW_NEW(c->env, uint32_t, 3 * (size_t)c->triangles);
-    qw_parallel(c->env, c->triangles, GRAIN, find_corners, c);
+    qw_parallel(c->env, c->triangles, QW_GRAIN_LIGHT, find_corners, c);
 }
 
 /* Whether a triangle faces against a cluster at one of its corners. Triangles of the input may. */
@@ -350,7 +349,7 @@ static void reopen_block(void *user, uint32_t block, uint32_t begin, uint32_t en
 static bool reopen(clustering *c)
 {
     uint32_t *opened = QW_NEW(c->env, uint32_t, c->input->vertex_count), n = 0;
-    qw_parallel(c->env, c->input->vertex_count, GRAIN, reopen_block, c);
+    qw_parallel(c->env, c->input->vertex_count, QW_GRAIN_LIGHT, reopen_block, c);
     for (uint32_t v = 0; v < c->input->vertex_count; v++) {
         opened[n] = v;
         n += c->open[v];
@@ -465,9 +464,9 @@ static void foresee_block(void *user, uint32_t block, uint32_t begin, uint32_t e
 /* How many triangles there will be. */
 static double foresee(clustering *c)
 {
-    uint32_t blocks = qw_block_count(c->input->face_count, GRAIN);
+    uint32_t blocks = qw_block_count(c->input->face_count, QW_GRAIN_LIGHT);
     foresight s = {c->input, c->cell, QW_NEW(c->env, double, blocks), QW_NEW(c->env, float, blocks)};
-    qw_parallel(c->env, c->input->face_count, GRAIN, foresee_block, &s);
+    qw_parallel(c->env, c->input->face_count, QW_GRAIN_LIGHT, foresee_block, &s);
     double sum = 0;
     for (uint32_t b = 0; b < blocks; b++) sum += s.faces[b], c->largest = fmaxf(c->largest, s.largest[b]);
     qw_free(c->env, s.faces), qw_free(c->env, s.largest);

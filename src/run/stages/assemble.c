@@ -2,6 +2,7 @@
    of small components, collars to the rims that stay, the reflection about the plane of symmetry, and the polygons that
    were left out are joined, in the coordinates of the input. */
 #include "whole/mirror.h"
+#include "base/mechanisms.h"
 #include "whole/output.h"
 #include "whole/kept_rims.h"
 #include "whole/small.h"
@@ -57,7 +58,8 @@ static uint32_t join_all(qw_run_state *run, const qw_quadmesh *core)
 static void write_positions(qw_run_state *run)
 {
     uint32_t flat = join_all(run, &run->fitted);
-    if (flat != QW_NONE && run->options.repair && !run->options.relax) {
+    if (flat != QW_NONE && run->options.repair && !run->options.relax && qw_uses(run->env, QW_MECH_RELAXED_ANYHOW)) {
+        qw_did(run->env, QW_MECH_RELAXED_ANYHOW, 1);
         uint8_t *flipped;
         qw_warn(run, "quads had no area as they were: all were relaxed, though that was not asked for");
         run->fitted = qw_relax(run, &run->fitted, NULL, &flipped);

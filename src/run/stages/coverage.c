@@ -1,5 +1,6 @@
 #include "run/stages/coverage.h"
 
+#include "base/mechanisms.h"
 #include "whole/mirror.h"
 #include "base/promise.h"
 #include "base/elementary.h"
@@ -15,7 +16,7 @@
 
 #include <math.h>
 
-/* How often fewer protrusions are tried where more do not help; how often room is made for the same ones; and rings of
+/* How often protrusions grow, as room for some may take others; how often room is made for the same ones; and rings of
    vertices around what grew that are relaxed with it. */
 enum { GROWTHS = 4, ROOM_ROUNDS = 2, LOOSE_RINGS = 2 };
 /* What sticks out is lost where its tip is farther from every quad than this share of its length; it grows where that,
@@ -147,8 +148,10 @@ static qw_quadmesh fewer_quads(const qw_run_state *run, const qw_quadmesh *quads
                                int64_t least, int64_t most, int64_t *chords)
 {
     qw_simplify_counts moves = {0};
-    qw_quadmesh fewer = qw_remove_chords(run->env, quads, wanted, least, most);
+    qw_quadmesh fewer = *quads;
+    if (qw_uses(run->env, QW_MECH_CHORDS_REMOVED)) fewer = qw_remove_chords(run->env, quads, wanted, least, most);
     *chords = (int64_t)quads->face_count - fewer.face_count;
+    qw_did(run->env, QW_MECH_CHORDS_REMOVED, *chords);
     return qw_simplify_quads(run->env, &fewer, wanted, least, most, run->faces_wanted < run->core.needed, &moves);
 }
 
@@ -216,21 +219,17 @@ static qw_tip uncovered_end(const qw_tip *tip, float far)
     return end;
 }
 
-/* Lets the first `most` of the lost tips grow, and as many more as are lost now beyond `lost` before, which room for
-   these has taken; and what else is uncovered if these are all; in at most so many quads (room). Returns how many did.
- */
-static uint32_t extrude(const qw_run_state *run, bool marked, uint32_t most, uint32_t lost, int64_t room,
-                        qw_quadmesh *quads)
+/* Lets the lost tips, and what else is uncovered, grow in at most so many quads (room). Returns how many did. */
+static uint32_t extrude(const qw_run_state *run, bool marked, int64_t room, qw_quadmesh *quads)
 {
     faults f = find_faults(run, quads, NULL);
-    most += f.lost > lost ? f.lost - lost : 0;
     qw_tip *tip = QW_NEW(run->env, qw_tip, run->tips.count);
     uint32_t count = 0;
-    for (uint32_t t = 0; t < run->tips.count && count < most; t++)
+    for (uint32_t t = 0; t < run->tips.count; t++)
         if (f.far[t] > grows_beyond(run, t)) tip[count++] = uncovered_end(&run->tips.tip[t], f.far[t]);
     qw_growth growth = {.surface = &run->working.mesh,
                         .edge = (float)run->rho,
-                        .far = count < f.lost ? INFINITY : grown_distance(run),
+                        .far = grown_distance(run),
                         .marked = marked,
                         .most = (uint32_t)fmin(QW_PROTRUSION_SHARE * qw_faces_with_reserve(run), (double)room),
                         .tip_count = count,
@@ -290,23 +289,26 @@ static qw_quadmesh make_room(const qw_run_state *run, const qw_quadmesh *quads, 
                                     : qw_add_quads(run->env, quads, wanted, least, most);
 }
 
-/* With the first `tips` of the `lost` tips grown; where there would be too many quads, or too few, room is made first,
-   the last time for as many as there is room. *lacking: quads that there was no room for. Returns how many grew: 0
-   where there is none, or more of it than they take. */
+/* With all that is lost grown; where there would be too many quads, or too few, room is made first, the last time for
+   as many as there is room. *lacking: quads that there was no room for. Returns how many grew: 0 where there is none,
+   or more of it than they take. */
 static uint32_t grow(const qw_run_state *run, const qw_quadmesh *quads, const qw_wanted *wanted, bool marked,
-                     uint32_t tips, uint32_t lost, qw_quadmesh *result, uint8_t **flipped, double *lacking)
+                     qw_quadmesh *result, uint8_t **flipped, double *lacking)
 {
     int64_t least = least_of_all(run), most = most_of_all(run);
     qw_quadmesh from = *quads, grown = from;
-    uint32_t count = extrude(run, marked, tips, lost, most, &grown);
+    uint32_t count = extrude(run, marked, most, &grown);
     *lacking = grown.face_count > most ? grown.face_count - from.face_count : 0;
-    for (int i = 0; i < ROOM_ROUNDS && count > 0 && !is_count_met(run, grown.face_count); i++) {
+    for (int i = 0;
+         i < ROOM_ROUNDS && count > 0 && !is_count_met(run, grown.face_count) && qw_uses(run->env, QW_MECH_GROWN_ROOM);
+         i++) {
+        qw_did(run->env, QW_MECH_GROWN_ROOM, 1);
         int64_t added = grown.face_count - from.face_count;
         from = make_room(run, quads, wanted, added);
         from = qw_relax(run, &from, NULL, NULL); /* what grows is relaxed with it once more */
         grown = from;
         int64_t room = i + 1 < ROOM_ROUNDS ? most : most - from.face_count;
-        count = room > 0 ? extrude(run, marked, tips, lost, room, &grown) : 0;
+        count = room > 0 ? extrude(run, marked, room, &grown) : 0;
     }
     if (count == 0 || grown.face_count > most ||
         grown.face_count < (least < quads->face_count ? least : quads->face_count))
@@ -315,8 +317,7 @@ static uint32_t grow(const qw_run_state *run, const qw_quadmesh *quads, const qw
     return count;
 }
 
-/* All at once; where that does not help half as many, those that make most of the outline, and so on, but not where
-   there are hardly as many quads as cones. Where it helps once more, for those that room for these has taken. */
+/* All at once; where that helps once more, for those that room for these has taken. */
 uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **flipped, bool marked)
 {
     if (run->faces_wanted < run->core.needed || (marked && run->relaxed_covers)) return 0;
@@ -325,20 +326,19 @@ uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **fl
     if (before.uncovered + before.lost == 0) return 0;
     qw_wanted wanted = wanted_of(run);
     uint32_t all = 0;
-    for (uint32_t i = 0, tips = before.lost; i < GROWTHS && before.uncovered + before.lost > 0; i++) {
+    for (uint32_t i = 0; i < GROWTHS && before.uncovered + before.lost > 0; i++) {
         qw_quadmesh grown;
         uint8_t *grown_flipped;
         double lacking;
-        uint32_t count = grow(run, quads, &wanted, marked, tips, before.lost, &grown, &grown_flipped, &lacking);
+        uint32_t count = grow(run, quads, &wanted, marked, &grown, &grown_flipped, &lacking);
         if (i == 0 && !marked) run->lacking = lacking;
         faults after = count > 0 ? find_faults(run, &grown, grown_flipped) : before;
-        if (after.all < before.all) {
-            qw_log(run->env, QW_LOG_DEBUG, "%u protrusions grew, %u quads now; faults: %.2f, were %.2f", count,
-                   grown.face_count, after.all, before.all);
-            *quads = grown, *flipped = grown_flipped;
-            all += count, before = after, tips = after.lost;
-            if (!marked) run->relaxed_covers = before.uncovered + before.lost == 0;
-        } else if ((tips /= 2) == 0 || run->is_crowded) break;
+        if (!(after.all < before.all)) break;
+        qw_log(run->env, QW_LOG_DEBUG, "%u protrusions grew, %u quads now; faults: %.2f, were %.2f", count,
+               grown.face_count, after.all, before.all);
+        *quads = grown, *flipped = grown_flipped;
+        all += count, before = after;
+        if (!marked) run->relaxed_covers = before.uncovered + before.lost == 0;
     }
     return all;
 }

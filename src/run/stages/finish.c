@@ -3,6 +3,7 @@
    and a result whose topology differs from the surface's is refused. */
 #include "run/stages/stages.h"
 
+#include "base/mechanisms.h"
 #include "base/constants.h"
 #include "base/promise.h"
 #include "whole/remake.h"
@@ -97,9 +98,15 @@ void qw_stage_FINISH(qw_run_state *run)
     run->sides_meet = 1;
     if (run->options.repair) {
         if (run->options.relax) {
-            run->report->grown_protrusions = run->grown + qw_grow_protrusions(run, &f.quads, &f.flipped, true);
+            uint32_t sharp = qw_uses(run->env, QW_MECH_GROWN_SHARP)
+                                 ? qw_grow_protrusions(run, &f.quads, &f.flipped, true)
+                                 : 0;
+            qw_did(run->env, QW_MECH_GROWN_SHARP, sharp);
+            run->report->grown_protrusions = run->grown + sharp;
             repair_flips(&f);
-            run->report->repaired_flips += qw_remake_flipped(run, &f.quads, &f.flipped);
+            uint32_t remade = qw_uses(run->env, QW_MECH_REMADE) ? qw_remake_flipped(run, &f.quads, &f.flipped) : 0;
+            qw_did(run->env, QW_MECH_REMADE, remade);
+            run->report->repaired_flips += remade;
             fit_to_surface(&f);
         }
         check_topology(&f);

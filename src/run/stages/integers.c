@@ -2,6 +2,7 @@
  * is in src/remesh/field, offsets, quantise and meetings.
  */
 #include "run/stages/curves.h"
+#include "base/mechanisms.h"
 #include "run/stages/stages.h"
 
 #include "base/constants.h"
@@ -96,7 +97,7 @@ static void let_rows_end(qw_run_state *run, const qw_hierarchy *hierarchy, const
     const qw_trimesh *mesh = &run->working.mesh;
     uint32_t cones = count_cones(mesh, run->normal, run->orientation);
     bool is_ring = cones == 0 && run->surface_census.boundary_loops == 0; /* as even as a ring can be */
-    if (!run->alignment || wish || is_ring || cones > FEW_CONES) return;
+    if (!run->alignment || wish || is_ring || cones > FEW_CONES || !qw_uses(env, QW_MECH_ROWS_END)) return;
     float *slope = QW_NEW(env, float, mesh->vertex_count), *other = QW_NEW(env, float, mesh->vertex_count);
     const float *size = run->working.target;
     double spread = qw_girth_spread(env, mesh, run->normal, run->orientation, size, slope), least = LESS_WIDE * spread;
@@ -107,8 +108,10 @@ static void let_rows_end(qw_run_state *run, const qw_hierarchy *hierarchy, const
                                           (uint64_t)run->options.seed);
         double now = qw_girth_spread(env, mesh, run->normal, o, size, other);
         qw_log(env, QW_LOG_DEBUG, "width of rows: %.3f, with less of the shape %.3f", spread, now);
+        qw_acted(env, QW_MECH_ROWS_END, 1);
         if (now < least && count_cones(mesh, run->normal, o) >= cones) least = now, orientation = o, alignment = less;
     }
+    qw_kept(env, QW_MECH_ROWS_END, orientation != run->orientation);
     run->orientation = orientation, run->alignment = alignment;
     qw_free(env, slope), qw_free(env, other);
 }
@@ -118,8 +121,9 @@ void qw_stage_ORIENTATION(qw_run_state *run)
     qw_env *env = run->env;
     qw_hierarchy *hierarchy = run->hierarchy ? run->hierarchy : qw_build_hierarchy(run);
     const qw_trimesh *mesh = &run->working.mesh;
+    qw_resolution_wish resolution = qw_resolution_of(run);
     float *radius = QW_NEW(env, float, mesh->vertex_count),
-          edges = (float)(CURVATURE_RADIUS * qw_smoothness(run) * qw_working_edges(run));
+          edges = (float)(CURVATURE_RADIUS * qw_smoothness(&resolution) * qw_working_edges(&resolution));
     for (uint32_t v = 0; v < mesh->vertex_count; v++) radius[v] = edges * run->working.target[v] * run->smoothed[v];
     float *turn = qw_diffuse_curvature(env, mesh, &hierarchy->level[0], radius,
                                        qw_has_density(run) ? run->working.target : NULL);
@@ -141,7 +145,9 @@ void qw_stage_SCALE(qw_run_state *run)
 {
     const qw_trimesh *mesh = &run->working.mesh;
     float *size = QW_NEW(run->env, float, mesh->vertex_count);
-    for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] = run->working.target[v] * (float)qw_working_edges(run);
+    qw_resolution_wish resolution = qw_resolution_of(run);
+    float edges = (float)qw_working_edges(&resolution);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] = run->working.target[v] * edges;
     for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] *= (float)run->plan.size_factor;
     run->size = size;
 }
@@ -220,6 +226,8 @@ void qw_stage_REGULAR(qw_run_state *run)
         run->is_crowded = counts.decimated_faces > QW_OVERCROWDED * wish.quads
                               ? 2
                               : counts.decimated_faces > wish.quads || counts.squeezed > MUCH_SQUEEZED;
+        if (run->is_crowded && !qw_uses(run->env, QW_MECH_CROWDED)) run->is_crowded = 0;
+        qw_did(run->env, QW_MECH_CROWDED, run->is_crowded > 0);
         /* where integers invert triangles of the decimated complex, a stiffer surface leads to the same integers,
            unless lines ran together over whole faces */
         run->stiffening_changes_nothing = counts.inverted > 0 && counts.squeezed < MUCH_SQUEEZED &&
@@ -252,8 +260,9 @@ void qw_stage_INVERSIONS(qw_run_state *run)
     run->inversion_free = qw_offset_copy(run->env, &run->regular);
     qw_report *r = run->report;
     r->sat_calls = r->sat_conflicts = 0;
-    if (has_run_away(&run->inversion_free)) { /* such offsets cannot be contracted: another strategy is tried, or
-                                                 components are rebuilt */
+    if (qw_uses(run->env, QW_MECH_RUNAWAY) && has_run_away(&run->inversion_free)) { /* such offsets cannot be
+                                                 contracted: another strategy is tried, or components are rebuilt */
+        qw_did(run->env, QW_MECH_RUNAWAY, 1);
         r->subdivided_edges = 0;
         r->inverted_before = r->inverted_after_greedy = r->inverted_after_sat = run->inverted =
             run->inversion_free.face_count;
@@ -264,17 +273,28 @@ void qw_stage_INVERSIONS(qw_run_state *run)
     qw_remove_inversions_greedy(run->env, &run->inversion_free, &c);
     qw_sat_effort effort = sat_effort(run);
     if (run->options.sat) qw_remove_inversions_sat(run->env, &run->inversion_free, effort, &c);
-    if (run->options.sat && effort == QW_SAT_NEAR && qw_is_little_inverted(run->faces_wanted, (double)c.inverted_after))
+    if (run->options.sat && effort == QW_SAT_NEAR && c.inverted_after > 0 &&
+        qw_is_little_inverted(run->faces_wanted, (double)c.inverted_after) && qw_uses(run->env, QW_MECH_FAR_SAT)) {
+        qw_acted(run->env, QW_MECH_FAR_SAT, 1);
         qw_remove_inversions_sat(run->env, &run->inversion_free, QW_SAT_FAR, &c); /* there is no stiff attempt */
-    if (run->options.sat && c.inverted_after > 0 &&
+        qw_kept(run->env, QW_MECH_FAR_SAT, c.inverted_after == 0);
+    }
+    if (run->options.sat && c.inverted_after > 0 && qw_uses(run->env, QW_MECH_CURVES_RELEASED) &&
         qw_release_curves(run->env, &run->inversion_free, RELEASE_RINGS) > 0) {
         qw_inversion_counts again = {
             .sat_calls = c.sat_calls, .sat_solved = c.sat_solved, .sat_conflicts = c.sat_conflicts};
+        qw_acted(run->env, QW_MECH_CURVES_RELEASED, 1);
         qw_remove_inversions_greedy(run->env, &run->inversion_free, &again);
         qw_remove_inversions_sat(run->env, &run->inversion_free, sat_effort(run), &again);
+        qw_kept(run->env, QW_MECH_CURVES_RELEASED, again.inverted_after < c.inverted_after);
         c.inverted_after = again.inverted_after, c.sat_calls = again.sat_calls, c.sat_conflicts = again.sat_conflicts;
     }
-    if (run->options.sat) qw_repair_turning_numbers(run->env, &run->inversion_free, &c);
+    if (run->options.sat && qw_uses(run->env, QW_MECH_TURNING_NUMBERS)) {
+        int64_t solved = c.sat_solved, calls = c.sat_calls;
+        qw_repair_turning_numbers(run->env, &run->inversion_free, &c);
+        qw_acted(run->env, QW_MECH_TURNING_NUMBERS, c.sat_calls - calls);
+        qw_kept(run->env, QW_MECH_TURNING_NUMBERS, c.sat_solved - solved);
+    }
     r->inverted_before = c.inverted_before, r->inverted_after_greedy = c.inverted_after_greedy,
     r->inverted_after_sat = run->inverted = c.inverted_after;
     r->sat_calls = c.sat_calls, r->sat_conflicts = c.sat_conflicts;

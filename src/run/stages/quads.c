@@ -1,6 +1,7 @@
 /* The stages of the quads: what each takes from the run, calls and leaves in it. The work itself is in
  * src/remesh/quads and relax. */
 #include "whole/mirror.h"
+#include "base/mechanisms.h"
 #include "run/stages/stages.h"
 
 #include "base/promise.h"
@@ -52,7 +53,8 @@ void qw_stage_REPAIR(qw_run_state *run)
 /* Rebuilds components that lost their topology from their triangles. */
 static qw_quadmesh rebuild_broken(qw_run_state *run)
 {
-    if (run->topology_kept) return run->repaired;
+    if (run->topology_kept || !qw_uses(run->env, QW_MECH_REBUILT)) return run->repaired;
+    qw_did(run->env, QW_MECH_REBUILT, 1);
     qw_topology_check check = qw_check_topology(run->env, &run->repaired, &run->working.mesh);
     run->report->fallback_components = check.broken_count;
     qw_warn(run,
@@ -93,8 +95,9 @@ void qw_stage_RELAX(qw_run_state *run)
         qw_trimesh working = qw_parted_working(run);
         run->working_tree = qw_bvh_build(run->env, &working);
         run->relaxed = qw_relax(run, &quads, NULL, &run->flipped);
-        if (run->options.repair && !run->is_crowded)
+        if (run->options.repair && !run->is_crowded && qw_uses(run->env, QW_MECH_GROWN))
             run->grown = qw_grow_protrusions(run, &run->relaxed, &run->flipped, false);
+        qw_did(run->env, QW_MECH_GROWN, run->grown);
         if (run->plan.reserve > 0) {
             qw_use_up_reserve(run, &run->relaxed, &run->flipped);
             run->relaxed_covers = 0;

@@ -2,6 +2,7 @@
  * in src/remesh/clean, features, sizes, working and field.
  */
 #include "whole/cut.h"
+#include "base/mechanisms.h"
 #include "whole/mirror.h"
 #include "whole/small.h"
 #include "whole/kept_rims.h"
@@ -20,6 +21,7 @@
 #include "remesh/clean/marks.h"
 #include "remesh/features/feature_points.h"
 #include "remesh/features/sharpen.h"
+#include "remesh/sizes/needs.h"
 #include "whole/sizes.h"
 
 #include <math.h>
@@ -122,7 +124,8 @@ static void sharpen(qw_run_state *run, float speck)
 {
     qw_trimesh *s = &run->surface;
     if (qw_keeps_rims(run) || run->options.keep_marks) return; /* edges of the input that must be found again */
-    if (!qw_sharpen(run->env, s, &run->surface_census, speck)) return;
+    if (!qw_uses(run->env, QW_MECH_SHARPEN) || !qw_sharpen(run->env, s, &run->surface_census, speck)) return;
+    qw_did(run->env, QW_MECH_SHARPEN, 1);
     run->surface_census = qw_trimesh_census(run->env, s);
     run->report->feature_edges = 0;
     for (uint32_t h = 0; h < 3 * s->face_count; h++)
@@ -143,7 +146,9 @@ static void mark_features(qw_run_state *run, double rho)
         r->feature_edges = qw_find_features(run->env, &run->surface, asked < 0 ? -1.0 : asked * QW_PI / 180.0, speck,
                                             &used);
         if (asked < 0) sharpen(run, speck);
-        if (asked < 0) r->feature_points = qw_find_points(run->env, &run->surface, speck);
+        if (asked < 0 && qw_uses(run->env, QW_MECH_FEATURE_POINTS))
+            r->feature_points = qw_find_points(run->env, &run->surface, speck);
+        qw_did(run->env, QW_MECH_FEATURE_POINTS, r->feature_points);
         if (asked >= 0 && qw_marked_length(&run->surface) > 2 * run->core.area / rho) {
             qw_free(run->env, run->surface.mark);
             r->feature_edges = qw_find_features(run->env, &run->surface, -1.0, speck, &used);
@@ -169,10 +174,11 @@ static uint8_t *find_cut(const qw_run_state *run, const qw_trimesh *mesh)
 static void smooth_teeth(qw_run_state *run, double rho)
 {
     bool with_boundary = run->options.align_boundary != 0;
-    if (qw_keeps_rims(run) || !(run->options.keep_marks || with_boundary)) return;
+    if (qw_keeps_rims(run) || !(run->options.keep_marks || with_boundary) || !qw_uses(run->env, QW_MECH_TEETH)) return;
     uint8_t *cut = find_cut(run, &run->surface);
     uint32_t count = qw_smooth_teeth(run->env, &run->surface, sqrt(SURFACE_STEP) * rho, with_boundary, cut);
     qw_free(run->env, cut);
+    qw_did(run->env, QW_MECH_TEETH, count);
     if (count > 0) qw_log(run->env, QW_LOG_DEBUG, "%u teeth of borders became smooth", count);
 }
 
@@ -271,7 +277,8 @@ static float *half_sizes(const qw_run_state *run, double share)
 void qw_set_holds(qw_run_state *run)
 {
     const qw_trimesh *mesh = &run->working.mesh;
-    float *reach = half_sizes(run, qw_working_edges(run));
+    qw_resolution_wish resolution = qw_resolution_of(run);
+    float *reach = half_sizes(run, qw_working_edges(&resolution));
     for (uint32_t v = 0; v < mesh->vertex_count; v++) reach[v] *= 2 * CORNER_SPAN;
     uint8_t *cut = find_cut(run, mesh);
     bool aligns = run->options.align_boundary != 0 || cut; /* the cut is a boundary */
@@ -287,11 +294,12 @@ void qw_stage_WORKING(qw_run_state *run)
     double faces = qw_faces_wanted(run, &run->options);
     run->faces_wanted = qw_core_faces(run, faces);
     run->rho = qw_edge_wanted(run, run->faces_wanted);
-    run->feature_density = qw_find_feature_density(run);
+    run->feature_density = qw_feature_density_of(run);
     run->report->faces_asked = (int64_t)faces;
     qw_warn_of_least(run);
     qw_advise_wrap(run);
-    double share = qw_working_edges(run);
+    qw_resolution_wish resolution = qw_resolution_of(run);
+    double share = qw_working_edges(&resolution);
     float *base_target, *size = qw_wanted_size(run, run->rho, &base_target, &run->tips);
     bool has_spots = memcmp(size, base_target, run->surface.vertex_count * sizeof *size) != 0;
     for (uint32_t v = 0; v < run->surface.vertex_count; v++) size[v] /= (float)share, base_target[v] /= (float)share;
@@ -304,10 +312,13 @@ void qw_stage_WORKING(qw_run_state *run)
     qw_free(env, reach);
     qw_set_holds(run);
     run->normal = qw_vertex_normals(env, mesh);
-    qw_balance_creases(env, mesh, run->normal);
+    if (qw_uses(env, QW_MECH_CREASE_NORMALS)) {
+        qw_balance_creases(env, mesh, run->normal);
+        qw_did(env, QW_MECH_CREASE_NORMALS, mesh->mark != NULL);
+    }
     run->smoothed = QW_NEW(env, float, mesh->vertex_count);
-    qw_smooth_normals(env, mesh, run->working.target, (float)(NORMAL_RADIUS * qw_smoothness(run) * share), run->normal,
-                      run->smoothed);
+    qw_smooth_normals(env, mesh, run->working.target, (float)(NORMAL_RADIUS * qw_smoothness(&resolution) * share),
+                      run->normal, run->smoothed);
     run->report->refined_regions = run->plan.refinements;
     run->report->working_vertices = mesh->vertex_count;
     run->report->working_triangles = mesh->face_count;

@@ -1,4 +1,4 @@
-#include "whole/shares.h"
+#include "remesh/sizes/shares.h"
 
 #include "base/elementary.h"
 

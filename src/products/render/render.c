@@ -3,10 +3,10 @@
  * A block a mesh: a heading and below it the mesh's views. A single mesh has the whole sheet; several stand in the grid
  * that leaves the views largest, or in columns when each has several views.
  */
-#include "render.h"
+#include "products/render/render.h"
 
-#include "png.h"
-#include "view.h"
+#include "io/pictures/picture.h"
+#include "products/render/view.h"
 
 #include <float.h>
 #include <inttypes.h>
@@ -313,7 +313,8 @@ static void make_sheet(void *user)
     sheet *s = user;
     check(s->env, s->panels, s->count, &s->options);
     draw_sheet(s);
-    png_write(s->env, s->path, s->picture.rgb, s->picture.width, s->picture.height);
+    qw_picture sheet_picture = {s->picture.width, s->picture.height, 3, 8, s->picture.rgb};
+    qw_write_png(s->env, s->path, &sheet_picture);
 }
 
 qw_status render_sheet(const render_panel *panels, size_t count, const render_options *options, const char *path,

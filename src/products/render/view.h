@@ -1,10 +1,10 @@
 /* One view of a scene, drawn into a part of a picture. */
-#ifndef QW_CLI_VIEW_H
-#define QW_CLI_VIEW_H
+#ifndef QW_PRODUCTS_RENDER_VIEW_H
+#define QW_PRODUCTS_RENDER_VIEW_H
 
-#include "letters.h"
-#include "raster.h"
-#include "scene.h"
+#include "products/render/letters.h"
+#include "products/render/raster.h"
+#include "products/render/scene.h"
 
 /* A point p is seen at (x, y) = (right . p, up . p) / (distance - toward . p), in pixels (left + scale x, top - scale
    y). The frame's half diagonal is 1, and the camera outside it, so nothing needs clipping. */

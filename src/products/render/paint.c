@@ -1,5 +1,5 @@
 /* Faces in their own colours or by their angle to the shape, lines of the base complex, and a single chord. */
-#include "scene.h"
+#include "products/render/scene.h"
 
 #include "products/measure/base_complex.h"
 #include "products/measure/follow.h"

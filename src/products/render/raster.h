@@ -1,6 +1,6 @@
 /* A z-buffer: which triangle or ball is in front at each sample, nothing about colours. */
-#ifndef QW_CLI_RASTER_H
-#define QW_CLI_RASTER_H
+#ifndef QW_PRODUCTS_RENDER_RASTER_H
+#define QW_PRODUCTS_RENDER_RASTER_H
 
 #include <stdint.h>
 

@@ -1,6 +1,6 @@
 /* Text in pictures: a small stroke font of our own, drawn smoothly at any size. */
-#ifndef QW_CLI_LETTERS_H
-#define QW_CLI_LETTERS_H
+#ifndef QW_PRODUCTS_RENDER_LETTERS_H
+#define QW_PRODUCTS_RENDER_LETTERS_H
 
 #include <stdint.h>
 

@@ -1,5 +1,5 @@
 /* Normals for shading, kinds of edges, and the irregular vertices. */
-#include "scene.h"
+#include "products/render/scene.h"
 
 #include "geometry/triangulate.h"
 

@@ -1,8 +1,8 @@
 /* How many quads each component of a surface gets: what it needs, not its area alone. Half of them are shared by area,
  * half so that the quads of all components bow alike, and none gets fewer than it takes to exist:
  * docs/dev/decisions/parts.md. */
-#ifndef QW_WHOLE_SHARES_H
-#define QW_WHOLE_SHARES_H
+#ifndef QW_REMESH_SIZES_SHARES_H
+#define QW_REMESH_SIZES_SHARES_H
 
 #include "geometry/trimesh.h"
 

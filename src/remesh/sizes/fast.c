@@ -1,4 +1,4 @@
-#include "whole/fast.h"
+#include "remesh/sizes/fast.h"
 
 qw_options qw_without_slow(const qw_options *options)
 {

@@ -3,7 +3,7 @@
  * the quadratic B-spline of its points instead, which passes through the ends and the middles between the others. A
  * stroke of one place is a dot.
  */
-#include "letters.h"
+#include "products/render/letters.h"
 
 #include <math.h>
 #include <stddef.h>

@@ -1,6 +1,6 @@
-/* Pictures of meshes: a sheet of views, shaded, with the edges of the polygons and the irregular vertices. */
-#ifndef QW_CLI_RENDER_H
-#define QW_CLI_RENDER_H
+/* What is to be drawn, and how: one mesh of a sheet, the options of all, and the colours that say something. */
+#ifndef QW_PRODUCTS_RENDER_PANEL_H
+#define QW_PRODUCTS_RENDER_PANEL_H
 
 #include "quadwright/quadwright.h"
 
@@ -28,13 +28,6 @@ typedef struct render_options {
     double azimuth, elevation; /* degrees, of the first view: to the right of the front (+z), and above it (+y) */
     uint32_t threads;          /* 0: one a core; never changes the picture */
 } render_options;
-
-void render_options_init(render_options *options); /* 1600 by 1200, everything on */
-
-/* Writes the sheet as a PNG file ("-": standard output). On failure: a sentence in message, and no new file. host may
-   be NULL. */
-qw_status render_sheet(const render_panel *panels, size_t count, const render_options *options, const char *path,
-                       const qw_host *host, char *message, size_t message_size);
 
 /* Colours of quads by their angle, from the first (0 degrees) to the last (45). Where the surface has no clear
    direction a quad keeps the colour of the material. */

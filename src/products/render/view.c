@@ -7,7 +7,7 @@
  * and each face draws its own half of the line. The id of a sample is the middle corner c of its triangle (first corner
  * of the face, c, c + 1), or BALL and the number of the dot. Light is summed in linear colours.
  */
-#include "view.h"
+#include "products/render/view.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,9 +1,9 @@
 /* What a quick answer leaves out (--fast): docs/dev/decisions/fast.md. Beside this a draft has the working mesh of
- * quads that follow nothing, a preview a coarser one (whole/sizes.c), and neither goes back for its coverage
+ * quads that follow nothing, a preview a coarser one (resolution.c), and neither goes back for its coverage
  * (run/retry.c).
  */
-#ifndef QW_WHOLE_FAST_H
-#define QW_WHOLE_FAST_H
+#ifndef QW_REMESH_SIZES_FAST_H
+#define QW_REMESH_SIZES_FAST_H
 
 #include "quadwright/quadwright.h"
 

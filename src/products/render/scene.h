@@ -1,10 +1,10 @@
 /* What is drawn of one mesh, before any view is chosen. */
-#ifndef QW_CLI_SCENE_H
-#define QW_CLI_SCENE_H
+#ifndef QW_PRODUCTS_RENDER_SCENE_H
+#define QW_PRODUCTS_RENDER_SCENE_H
 
 #include "products/measure/measure.h"
 #include "geometry/trimesh.h"
-#include "render.h"
+#include "products/render/panel.h"
 
 enum { SCENE_WIRE, SCENE_BOUNDARY, SCENE_NONMANIFOLD, SCENE_LINE, SCENE_KINDS }; /* kinds of edges */
 

@@ -1,7 +1,7 @@
 /* Triangles are filled row by row: each side bounds the row's span from the left or from the right. Wide ones leave out
  * tiles in which all that was drawn is nearer, so that thousands of large triangles behind one another cost little more
  * than those that can be seen. */
-#include "raster.h"
+#include "products/render/raster.h"
 
 #include <assert.h>
 #include <math.h>

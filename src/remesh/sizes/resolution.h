@@ -1,0 +1,25 @@
+/* How fine the working mesh is beside the quads, and how smooth its normals: docs/dev/decisions/working-mesh.md. */
+#ifndef QW_REMESH_SIZES_RESOLUTION_H
+#define QW_REMESH_SIZES_RESOLUTION_H
+
+#include "geometry/trimesh.h"
+#include "remesh/sizes/fast.h"
+
+typedef struct qw_resolution_wish {
+    double faces;              /* quads of the result */
+    double feature_density;    /* qw_find_feature_density */
+    double follow, smoothness; /* the options */
+    int64_t fast;              /* qw_fast */
+} qw_resolution_wish;
+
+/* Number of working edges along an edge of the quads. */
+double qw_working_edges(const qw_resolution_wish *wish);
+/* The option `smoothness`, reduced where there are few quads. */
+double qw_smoothness(const qw_resolution_wish *wish);
+
+/* (Length of the sharp edges + an allowance for each handle and hole) / area, in wanted edges of length rho. marked:
+   the surface whose edges are marked; mesh, census, area: what is remeshed. */
+double qw_find_feature_density(qw_env *env, const qw_trimesh *marked, const qw_trimesh *mesh, const qw_census *census,
+                               double rho, double area);
+
+#endif
