@@ -32,6 +32,13 @@ static inline uint32_t qw_float_key(float x)
     return bits;
 }
 
+/* Of any finite numbers. */
+static inline uint32_t qw_signed_float_key(float x)
+{
+    uint32_t bits = qw_float_key(x + 0.0f);
+    return bits >> 31 ? ~bits : bits | 0x80000000u;
+}
+
 /* One key for (a, b) and (b, a): that of an edge, by its vertices. */
 static inline uint64_t qw_pair_key(uint32_t a, uint32_t b)
 {

@@ -2,6 +2,8 @@
 #ifndef QW_BASE_VEC_H
 #define QW_BASE_VEC_H
 
+#include "base/elementary.h"
+
 #include <math.h>
 
 typedef struct qw_vec3 {
@@ -50,6 +52,15 @@ static inline qw_vec3 qw_normalize(qw_vec3 a)
 static inline qw_vec3 qw_lerp(qw_vec3 a, qw_vec3 b, float t) { return qw_madd(qw_scale(a, 1.0f - t), t, b); }
 /* a without its part along the unit vector n */
 static inline qw_vec3 qw_reject(qw_vec3 a, qw_vec3 n) { return qw_madd(a, -qw_dot(a, n), n); }
+/* Between two directions of any length, in [0, pi]; and as seen from a point. */
+static inline double qw_angle_between(qw_vec3 a, qw_vec3 b)
+{
+    return qw_atan2(qw_length(qw_cross(a, b)), qw_dot(a, b));
+}
+static inline double qw_angle_at(qw_vec3 at, qw_vec3 a, qw_vec3 b)
+{
+    return qw_angle_between(qw_sub(a, at), qw_sub(b, at));
+}
 /* Any unit vector orthogonal to the unit vector n; continuous but on one half line. */
 static inline qw_vec3 qw_any_orthogonal(qw_vec3 n)
 {

@@ -1,8 +1,9 @@
-/* Sides of triangles gathered by edge, for surfaces of which nothing is known yet: any number of sides may share an
- * edge.
+/* Sides of triangles or quads gathered by edge, for surfaces of which nothing is known yet: any number of sides may
+ * share an edge.
  *
- * A side is a half-edge h = 3 f + i as in trimesh.h. Sides lie in buckets by the lower of their two vertices, and
- * inside a bucket by upper vertex, then half-edge, so that the sides of one edge are neighbours:
+ * A side is a half-edge h = 3 f + i as in trimesh.h, or 4 f + i as in quadmesh.h. Sides lie in buckets by the lower of
+ * their two vertices, and inside a bucket by upper vertex, then half-edge, so that the sides of one edge are
+ * neighbours:
  *
  *     for (uint32_t v = 0; v < vertex_count; v++)
  *         for (uint32_t i = edges.begin[v], end; i < edges.begin[v + 1]; i = end) {
@@ -20,9 +21,16 @@ typedef struct qw_edges {
     uint64_t *side;  /* uint64_t[begin[vertex_count]]: upper vertex << 32 | half-edge */
 } qw_edges;
 
-/* corner: uint32_t[3 face_count]. Faces that repeat a vertex have no sides. */
-qw_edges qw_edges_build(qw_env *env, const uint32_t *corner, uint32_t face_count, uint32_t vertex_count);
+/* corner: uint32_t[sides face_count], sides 3 or 4. Faces with a side from a vertex to itself have no sides. */
+qw_edges qw_edges_build(qw_env *env, uint32_t sides, const uint32_t *corner, uint32_t face_count,
+                        uint32_t vertex_count);
 void qw_edges_free(qw_env *env, qw_edges *edges);
+
+/* uint32_t[sides face_count]: for each half-edge the other one of its edge, where that has just two, of opposite
+ * directions; QW_NONE: it is a boundary. *fault: a half-edge of an edge of more, or of two of one direction, or of a
+ * face without sides; QW_NONE: there is none. In the caller's scope. */
+uint32_t *qw_find_twins(qw_env *env, uint32_t sides, const uint32_t *corner, uint32_t face_count, uint32_t vertex_count,
+                        uint32_t *fault);
 
 static inline uint32_t qw_side_half(uint64_t side) { return (uint32_t)side; }
 static inline uint32_t qw_side_upper(uint64_t side) { return (uint32_t)(side >> 32); }

@@ -77,6 +77,22 @@ qw_polygon_edges qw_find_polygon_edges(qw_env *env, const qw_mesh_view *mesh)
     return edges;
 }
 
+uint32_t *qw_polygon_twins(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, uint32_t *fault)
+{
+    uint32_t *twin = QW_NEW(env, uint32_t, edges->corner_count);
+    memset(twin, 0xff, edges->corner_count * sizeof *twin);
+    *fault = QW_NONE;
+    for (uint32_t e = 0; e < edges->edge_count; e++) {
+        const uint32_t *side = edges->sorted + edges->edge_begin[e];
+        uint32_t count = edges->edge_begin[e + 1] - edges->edge_begin[e];
+        if (count == 1) continue;
+        if (count > 2 || mesh->corners[side[0]] == mesh->corners[side[1]])
+            *fault = *fault == QW_NONE ? side[0] : *fault;
+        else twin[side[0]] = side[1], twin[side[1]] = side[0];
+    }
+    return twin;
+}
+
 void qw_count_valences(const qw_mesh_view *mesh, const qw_polygon_edges *edges, const qw_valences *v)
 {
     assert(v->valence && v->on_boundary);

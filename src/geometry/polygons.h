@@ -26,6 +26,9 @@ static inline uint32_t qw_polygon_next(const qw_polygon_edges *edges, uint32_t c
     return corner + 1 == edges->face_begin[f + 1] ? edges->face_begin[f] : corner + 1;
 }
 
+/* As qw_find_twins, of the half-edges of polygons. */
+uint32_t *qw_polygon_twins(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, uint32_t *fault);
+
 /* Valence of each vertex (edges that end there) and whether it lies on an edge of one face only. */
 typedef struct qw_valences {
     uint32_t *valence;    /* uint32_t[vertex_count], 0 for isolated vertices */

@@ -1,7 +1,25 @@
 #include "geometry/quadmesh.h"
 
+#include "geometry/edges.h"
+
 #include <assert.h>
 #include <string.h>
+
+double qw_sum_of_sides(const qw_quadmesh *mesh)
+{
+    double sum = 0;
+    for (uint32_t h = 0; h < 4 * mesh->face_count; h++)
+        sum += (double)qw_distance(mesh->position[mesh->corner[h]], mesh->position[mesh->corner[qw_quad_next(h)]]);
+    return sum;
+}
+
+void qw_quadmesh_link(qw_env *env, qw_quadmesh *quads)
+{
+    uint32_t fault;
+    quads->twin = qw_find_twins(env, 4, quads->corner, quads->face_count, quads->vertex_count, &fault);
+    if (fault != QW_NONE)
+        qw_fail(env, QW_INTERNAL, fault / 4, "the edge of half-edge %u has sides that do not pair up", fault);
+}
 
 uint32_t *qw_quadmesh_outgoing(qw_env *env, const qw_quadmesh *mesh)
 {

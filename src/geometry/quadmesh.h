@@ -34,6 +34,18 @@ static inline qw_vec3 qw_quad_middle(const qw_vec3 *position, const uint32_t *co
         0.25f);
 }
 
+static inline float qw_quad_angle(const qw_quadmesh *mesh, uint32_t h) /* at the corner of h, in [0, pi] */
+{
+    const qw_vec3 *p = mesh->position;
+    return (float)qw_angle_at(p[mesh->corner[h]], p[mesh->corner[qw_quad_next(h)]], p[mesh->corner[qw_quad_prev(h)]]);
+}
+/* The lengths of all quads' sides together, four a quad: over their number, the mean edge. */
+double qw_sum_of_sides(const qw_quadmesh *mesh);
+
+/* Sets twins from the corners. Fails with QW_INTERNAL where an edge has more than two sides, or two of one direction.
+ */
+void qw_quadmesh_link(qw_env *env, qw_quadmesh *quads);
+
 /* What the promise says of the connectivity, counted on the quads' own adjacency and by vertex numbers. */
 typedef struct qw_quad_census {
     int64_t vertices, edges, faces, components, boundary_loops, euler;

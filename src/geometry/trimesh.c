@@ -12,24 +12,10 @@ enum { FACE_GRAIN = 16384 };
 void qw_trimesh_link(qw_env *env, qw_trimesh *mesh)
 {
     assert(mesh->corner && mesh->face_count < QW_NONE / 3);
-    uint32_t *twin = QW_NEW(env, uint32_t, 3 * (size_t)mesh->face_count);
-    qw_scope_begin(env);
-    const uint32_t *corner = mesh->corner;
-    qw_edges edges = qw_edges_build(env, corner, mesh->face_count, mesh->vertex_count);
-    if (edges.begin[mesh->vertex_count] != 3 * mesh->face_count)
-        qw_fail(env, QW_INTERNAL, -1, "link: a face repeats a vertex");
-    for (uint32_t v = 0; v < mesh->vertex_count; v++)
-        for (uint32_t i = edges.begin[v], end; i < edges.begin[v + 1]; i = end) {
-            end = qw_edge_end(&edges, i, edges.begin[v + 1]);
-            uint32_t a = qw_side_half(edges.side[i]), b = end - i > 1 ? qw_side_half(edges.side[i + 1]) : QW_NONE;
-            if (end - i > 2) qw_fail(env, QW_INTERNAL, a, "link: the edge of half-edge %u has %u sides", a, end - i);
-            if (b != QW_NONE && corner[a] == corner[b])
-                qw_fail(env, QW_INTERNAL, a, "link: half-edges %u and %u have the same direction", a, b);
-            twin[a] = b;
-            if (b != QW_NONE) twin[b] = a;
-        }
-    qw_scope_end(env);
-    mesh->twin = twin;
+    uint32_t fault;
+    mesh->twin = qw_find_twins(env, 3, mesh->corner, mesh->face_count, mesh->vertex_count, &fault);
+    if (fault != QW_NONE)
+        qw_fail(env, QW_INTERNAL, fault, "link: the edge of half-edge %u has sides that do not pair up", fault);
 }
 
 /* ---- invariants */

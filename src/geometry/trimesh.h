@@ -110,6 +110,11 @@ static inline float qw_edge_length(const qw_trimesh *mesh, uint32_t h)
 {
     return qw_distance(mesh->position[mesh->corner[h]], mesh->position[mesh->corner[qw_next(h)]]);
 }
+/* The angle of a triangle at the corner of h, in [0, pi]. position, corner: those of its mesh. */
+static inline double qw_corner_angle(const qw_vec3 *position, const uint32_t *corner, uint32_t h)
+{
+    return qw_angle_at(position[corner[h]], position[corner[qw_next(h)]], position[corner[qw_prev(h)]]);
+}
 double qw_trimesh_area(const qw_trimesh *mesh);
 /* Unit normals weighted by area: qw_vec3[face_count], qw_vec3[vertex_count]. Zero-area faces have normal 0. */
 qw_vec3 *qw_face_normals(qw_env *env, const qw_trimesh *mesh);

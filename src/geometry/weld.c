@@ -174,7 +174,7 @@ static uint64_t settle_groups(qw_env *env, uint32_t vertex_count, const uint32_t
         for (uint32_t v = 0; v < vertex_count; v++)
             if (parent[v] != v) grouped[parent[v]] = 1;
         for (size_t h = 0; h < 3 * (size_t)face_count; h++) renamed[h] = parent[corner[h]];
-        qw_edges edges = qw_edges_build(env, renamed, face_count, vertex_count);
+        qw_edges edges = qw_edges_build(env, 3, renamed, face_count, vertex_count);
         bool crowded = mark_crowded(&edges, vertex_count, grouped, bad);
         uint64_t boundary = find_boundary(&edges, vertex_count, NULL);
         qw_edges_free(env, &edges);

@@ -46,7 +46,4 @@ typedef enum qw_mobility { QW_STAYS, QW_MAY_MOVE, QW_MOVES } qw_mobility;
 void qw_square_corners(qw_env *env, qw_quadmesh *quads, const uint8_t *mobility, const qw_trimesh *surface,
                        const qw_bvh *tree);
 
-/* Sets twins from the corners. Fails with QW_INTERNAL where an edge has more than two sides. */
-void qw_quadmesh_link(qw_env *env, qw_quadmesh *quads);
-
 #endif

@@ -24,28 +24,6 @@ typedef struct squaring {
     qw_spot spot; /* where that vertex is put */
 } squaring;
 
-void qw_quadmesh_link(qw_env *env, qw_quadmesh *q)
-{
-    assert(q->corner && q->face_count < QW_NONE / 4);
-    uint32_t sides = 4 * q->face_count;
-    uint32_t *begin = QW_NEW_ZERO(env, uint32_t, (size_t)q->vertex_count + 2), *side = QW_NEW(env, uint32_t, sides);
-    q->twin = QW_NEW(env, uint32_t, sides);
-    memset(q->twin, 0xff, sides * sizeof *q->twin);
-    for (uint32_t h = 0; h < sides; h++) begin[q->corner[h] + 2]++;
-    for (uint32_t v = 0; v < q->vertex_count; v++) begin[v + 2] += begin[v + 1];
-    for (uint32_t h = 0; h < sides; h++) side[begin[q->corner[h] + 1]++] = h;
-    for (uint32_t h = 0; h < sides; h++) {
-        uint32_t v = q->corner[h], u = q->corner[qw_quad_next(h)];
-        for (uint32_t i = begin[u]; i < begin[u + 1]; i++) {
-            if (q->corner[qw_quad_next(side[i])] != v) continue;
-            if (q->twin[h] != QW_NONE || (q->twin[side[i]] != QW_NONE && q->twin[side[i]] != h))
-                qw_fail(env, QW_INTERNAL, v, "an edge of vertex %u has more than two quads", v);
-            q->twin[h] = side[i];
-        }
-    }
-    qw_free(env, begin), qw_free(env, side);
-}
-
 /* ---- how bad the quads around a vertex are */
 
 /* Sine of a corner below which it counts again, and what the ratio of the longest side to the shortest counts for, no

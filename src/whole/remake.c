@@ -29,19 +29,11 @@ typedef struct remaking {
     uint32_t made_count;       /* components */
 } remaking;
 
-static double sum_of_edges(const qw_quadmesh *q)
-{
-    double sum = 0;
-    for (uint32_t h = 0; h < 4 * q->face_count; h++)
-        sum += (double)qw_distance(q->position[q->corner[h]], q->position[q->corner[qw_quad_next(h)]]);
-    return sum;
-}
-
 static void count_quads(remaking *m)
 {
     const qw_quadmesh *q = m->quads, *more = &m->run->core.small_quads;
     double sides = 4 * ((double)q->face_count + more->face_count);
-    m->edge = (sum_of_edges(q) + sum_of_edges(more)) / sides;
+    m->edge = (qw_sum_of_sides(q) + qw_sum_of_sides(more)) / sides;
     m->count = QW_NEW_ZERO(m->run->env, uint32_t, m->parts.count);
     m->faults = QW_NEW_ZERO(m->run->env, uint32_t, m->parts.count);
     m->doubts = QW_NEW_ZERO(m->run->env, uint32_t, m->parts.count);

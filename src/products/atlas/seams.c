@@ -8,17 +8,6 @@
 
 /* ---- the mesh */
 
-/* Half-edges of an edge of exactly two that run opposite ways are twins; all others are boundary. */
-static void link(const qw_mesh_view *view, const qw_polygon_edges *edges, uint32_t *twin)
-{
-    for (uint32_t e = 0; e < edges->edge_count; e++) {
-        const uint32_t *side = edges->sorted + edges->edge_begin[e];
-        if (edges->edge_begin[e + 1] - edges->edge_begin[e] != 2) continue;
-        if (view->corners[side[0]] == view->corners[side[1]]) continue;
-        twin[side[0]] = side[1], twin[side[1]] = side[0];
-    }
-}
-
 qw_atlas_mesh qw_atlas_mesh_of(qw_env *env, const qw_mesh_view *view, const uint8_t *hard, uint32_t hard_count,
                                const int32_t *label)
 {
@@ -30,10 +19,9 @@ qw_atlas_mesh qw_atlas_mesh_of(qw_env *env, const qw_mesh_view *view, const uint
                        .begin = edges.face_begin,
                        .corner = view->corners,
                        .face = edges.face};
-    m.twin = QW_NEW(env, uint32_t, m.corner_count);
+    uint32_t fault;
+    m.twin = qw_polygon_twins(env, view, &edges, &fault);
     m.wall = QW_NEW_ZERO(env, uint8_t, m.corner_count), m.seam = QW_NEW_ZERO(env, uint8_t, m.corner_count);
-    memset(m.twin, 0xff, m.corner_count * sizeof *m.twin);
-    link(view, &edges, m.twin);
     qw_free(env, edges.sorted), qw_free(env, edges.edge_begin);
     for (uint32_t c = 0; c < m.corner_count; c++) {
         uint32_t t = m.twin[c];

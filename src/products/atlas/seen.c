@@ -1,5 +1,6 @@
 #include "products/atlas/seen.h"
 
+#include "base/sort.h"
 #include "base/vec.h"
 #include "geometry/openness.h"
 
@@ -91,64 +92,48 @@ double *qw_seam_weights(qw_env *env, const qw_atlas_mesh *m)
 
 typedef struct matcher {
     const qw_atlas_mesh *m;
-    const double *key;     /* double[vertex_count]: heights along a direction that no axis is near */
-    const uint32_t *order; /* uint32_t[vertex_count]: by rising key */
+    const uint64_t
+        *order; /* uint64_t[vertex_count], sorted: height along a direction that no axis is near, and vertex */
     double tolerance;
 } matcher;
 
-static double key_of(const double p[3]) { return 0.48 * p[0] + 0.6 * p[1] + 0.64 * p[2]; }
+static uint64_t key_of(const double p[3], double more)
+{
+    return (uint64_t)qw_signed_float_key((float)(0.48 * p[0] + 0.6 * p[1] + 0.64 * p[2] + more)) << 32;
+}
 
 static uint32_t vertex_at(const matcher *k, const double p[3])
 {
-    uint32_t low = 0, high = k->m->vertex_count;
-    double key = key_of(p), nearest = k->tolerance * k->tolerance;
-    uint32_t found = QW_NONE;
-    while (low < high) {
-        uint32_t middle = low + (high - low) / 2;
-        if (k->key[k->order[middle]] < key - k->tolerance) low = middle + 1;
-        else high = middle;
-    }
-    for (; low < k->m->vertex_count && k->key[k->order[low]] <= key + k->tolerance; low++) {
-        const double *q = k->m->position + 3 * (size_t)k->order[low];
+    uint64_t last = key_of(p, k->tolerance) | UINT32_MAX;
+    double nearest = k->tolerance * k->tolerance;
+    uint32_t found = QW_NONE, count = k->m->vertex_count;
+    size_t at = qw_first_not_below(k->order, count, key_of(p, -k->tolerance));
+    for (; at < count && k->order[at] <= last; at++) {
+        const double *q = k->m->position + 3 * (size_t)(uint32_t)k->order[at];
         double d = 0;
         for (int i = 0; i < 3; i++) d += (p[i] - q[i]) * (p[i] - q[i]);
-        if (d < nearest) nearest = d, found = k->order[low];
+        if (d < nearest) nearest = d, found = (uint32_t)k->order[at];
     }
     return found;
-}
-
-static void sort_by_key(qw_env *env, uint32_t *order, const double *key, uint32_t count)
-{
-    uint32_t *other = QW_NEW(env, uint32_t, count);
-    for (uint32_t i = 0; i < count; i++) order[i] = i;
-    for (size_t width = 1; width < count; width *= 2) {
-        for (size_t begin = 0; begin < count; begin += 2 * width) {
-            size_t a = begin, b = begin + width < count ? begin + width : count, middle = b;
-            size_t end = b + width < count ? b + width : count;
-            for (size_t i = begin; i < end; i++)
-                other[i] = a < middle && (b >= end || key[order[a]] <= key[order[b]]) ? order[a++] : order[b++];
-        }
-        memcpy(order, other, count * sizeof *order);
-    }
-    qw_free(env, other);
 }
 
 /* uint32_t[vertex_count]. */
 static uint32_t *mirrored_vertices(qw_env *env, const qw_atlas_mesh *m, const double normal[3], double offset)
 {
-    uint32_t *to = QW_NEW(env, uint32_t, m->vertex_count), *order = QW_NEW(env, uint32_t, m->vertex_count);
-    double *key = QW_NEW(env, double, m->vertex_count), length = 0;
-    for (uint32_t v = 0; v < m->vertex_count; v++) key[v] = key_of(m->position + 3 * (size_t)v);
-    sort_by_key(env, order, key, m->vertex_count);
+    uint32_t *to = QW_NEW(env, uint32_t, m->vertex_count);
+    uint64_t *order = QW_NEW(env, uint64_t, m->vertex_count);
+    double length = 0;
+    for (uint32_t v = 0; v < m->vertex_count; v++) order[v] = key_of(m->position + 3 * (size_t)v, 0) | v;
+    qw_sort_u64(order, m->vertex_count);
     for (uint32_t c = 0; c < m->corner_count; c++) length += qw_atlas_edge_length(m, c);
-    const matcher k = {.m = m, .key = key, .order = order, .tolerance = 0.01 * length / m->corner_count};
+    const matcher k = {.m = m, .order = order, .tolerance = 0.01 * length / m->corner_count};
     for (uint32_t v = 0; v < m->vertex_count; v++) {
         const double *p = m->position + 3 * (size_t)v;
         double height = normal[0] * p[0] + normal[1] * p[1] + normal[2] * p[2] - offset, q[3];
         for (int i = 0; i < 3; i++) q[i] = p[i] - 2 * height * normal[i];
         to[v] = vertex_at(&k, q);
     }
-    qw_free(env, key), qw_free(env, order);
+    qw_free(env, order);
     return to;
 }
 

@@ -20,20 +20,11 @@ uint32_t *qw_find_neighbours(qw_env *env, const qw_source *source)
 {
     assert(source->mesh.position && source->corner);
     size_t sides = 3 * (size_t)source->mesh.face_count;
-    uint32_t *neighbour = QW_NEW(env, uint32_t, sides);
-    memset(neighbour, 0xff, sides * sizeof *neighbour);
-    qw_scope_begin(env);
-    uint32_t *corner = QW_NEW(env, uint32_t, sides), vertices = source->input->vertex_count;
+    uint32_t *corner = QW_NEW(env, uint32_t, sides), vertices = source->input->vertex_count, fault;
     for (size_t h = 0; h < sides; h++) corner[h] = source->input->corner[source->corner[h]];
     qw_weld_equal(env, source->input->position, vertices, NULL, corner, source->mesh.face_count);
-    qw_edges edges = qw_edges_build(env, corner, source->mesh.face_count, vertices);
-    for (uint32_t v = 0; v < vertices; v++)
-        for (uint32_t i = edges.begin[v], end; i < edges.begin[v + 1]; i = end) {
-            end = qw_edge_end(&edges, i, edges.begin[v + 1]);
-            uint32_t a = qw_side_half(edges.side[i]), b = end - i == 2 ? qw_side_half(edges.side[i + 1]) : a;
-            if (end - i == 2 && corner[a] == corner[qw_next(b)]) neighbour[a] = b, neighbour[b] = a;
-        }
-    qw_scope_end(env);
+    uint32_t *neighbour = qw_find_twins(env, 3, corner, source->mesh.face_count, vertices, &fault);
+    qw_free(env, corner);
     return neighbour;
 }
 

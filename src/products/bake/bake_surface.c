@@ -29,11 +29,7 @@ static void find_some_angles(void *user, uint32_t block, uint32_t begin, uint32_
     const normal_search *s = user;
     const qw_trimesh *m = &s->look->source->mesh;
     (void)block;
-    for (uint32_t h = 3 * begin; h < 3 * end; h++) {
-        qw_vec3 here = m->position[m->corner[h]], a = qw_sub(m->position[m->corner[qw_next(h)]], here);
-        qw_vec3 b = qw_sub(m->position[m->corner[qw_prev(h)]], here);
-        s->angle[h] = (float)qw_atan2((double)qw_length(qw_cross(a, b)), (double)qw_dot(a, b));
-    }
+    for (uint32_t h = 3 * begin; h < 3 * end; h++) s->angle[h] = (float)qw_corner_angle(m->position, m->corner, h);
 }
 
 /* At each corner the mean of the faces around its vertex that face nearly as its own, by their angles there: so a

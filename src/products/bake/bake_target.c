@@ -1,6 +1,7 @@
 #include "products/bake/bake_target.h"
 
 #include "base/elementary.h"
+#include "base/sets.h"
 
 #include <string.h>
 
@@ -12,19 +13,6 @@ enum { MOST_CROSSED = 8 };             /* faces that a ray passes as they look a
 static qw_vec3 vector_at(const float *v) { return qw_v3(v[0], v[1], v[2]); }
 
 /* ---- tangents */
-
-static uint32_t find(uint32_t *into, uint32_t c)
-{
-    while (into[c] != c) c = into[c] = into[into[c]];
-    return c;
-}
-
-static void unite(uint32_t *into, uint32_t a, uint32_t b)
-{
-    a = find(into, a), b = find(into, b);
-    if (a < b) into[b] = a;
-    else into[a] = b;
-}
 
 static bool is_same_corner(const qw_bake_target *t, uint32_t a, uint32_t b)
 {
@@ -47,7 +35,7 @@ static uint32_t *group_corners(qw_env *env, const qw_bake_target *t)
         if (w == QW_NONE || w < c) continue;
         uint32_t end = next_of(t, face[c], c), other = next_of(t, face[w], w);
         if (!is_same_corner(t, c, other) || !is_same_corner(t, end, w)) continue;
-        unite(into, c, other), unite(into, end, w);
+        qw_join_sets(into, c, other), qw_join_sets(into, end, w);
     }
     qw_free(env, face);
     return into;
@@ -75,12 +63,12 @@ static void find_tangents(qw_env *env, qw_bake_target *t)
         qw_vec3 e1 = qw_sub(t->place[c[1]], t->place[c[0]]), e2 = qw_sub(t->place[c[2]], t->place[c[0]]);
         qw_vec3 along = qw_normalize(qw_sub(qw_scale(e1, d[1] - a[1]), qw_scale(e2, b[1] - a[1])));
         for (int k = 0; k < 3; k++) {
-            uint32_t group = find(into, c[k]);
+            uint32_t group = qw_set_of(into, c[k]);
             sum[group] = qw_add(sum[group], contribution(t, c, k, along));
         }
     }
     for (uint32_t c = 0; c < t->corner_count; c++) {
-        qw_vec3 n = vector_at(t->normal + 3 * (size_t)c), s = qw_normalize(sum[find(into, c)]);
+        qw_vec3 n = vector_at(t->normal + 3 * (size_t)c), s = qw_normalize(sum[qw_set_of(into, c)]);
         if (qw_length2(s) == 0) s = qw_any_orthogonal(n);
         float *to = t->tangent + 4 * (size_t)c;
         to[0] = s.x, to[1] = s.y, to[2] = s.z, to[3] = 1; /* no chart is mirrored */

@@ -16,20 +16,6 @@ static void require_quads(qw_env *env, const qw_mesh_view *cage)
             qw_fail(env, QW_ARGUMENT, f, "face %u is no quad: the limit surface is that of quads", f);
 }
 
-static void link_quads(qw_env *env, qw_quadmesh *q, const qw_polygon_edges *e)
-{
-    for (uint32_t i = 0; i < e->edge_count; i++) {
-        uint32_t begin = e->edge_begin[i], count = e->edge_begin[i + 1] - begin, a = e->sorted[begin];
-        q->twin[a] = QW_NONE;
-        if (count == 1) continue;
-        uint32_t b = e->sorted[begin + 1];
-        if (count > 2 || q->corner[a] == q->corner[b])
-            qw_fail(env, QW_ARGUMENT, a / 4,
-                    "face %u has an edge of more than two faces, or of two that are turned unlike", a / 4);
-        q->twin[a] = b, q->twin[b] = a;
-    }
-}
-
 /* The first of the edges, which are sorted by their ends, that is not below the key. */
 static uint32_t find_edge(const qw_quadmesh *q, const qw_polygon_edges *e, uint64_t key)
 {
@@ -63,11 +49,14 @@ qw_mesh_view qw_limit_of_cage(qw_env *env, const qw_mesh_view *cage, uint32_t ti
     require_quads(env, cage);
     qw_polygon_edges e = qw_find_polygon_edges(env, cage);
     qw_quadmesh q = {.vertex_count = cage->vertex_count, .face_count = cage->face_count};
-    q.corner = QW_NEW(env, uint32_t, 4 * (size_t)q.face_count),
-    q.twin = QW_NEW(env, uint32_t, 4 * (size_t)q.face_count);
+    q.corner = QW_NEW(env, uint32_t, 4 * (size_t)q.face_count);
     q.kind = QW_NEW_ZERO(env, uint8_t, q.vertex_count), q.mark = QW_NEW_ZERO(env, uint8_t, 4 * (size_t)q.face_count);
     memcpy(q.corner, cage->corners, 4 * (size_t)q.face_count * sizeof *q.corner);
-    link_quads(env, &q, &e);
+    uint32_t fault;
+    q.twin = qw_polygon_twins(env, cage, &e, &fault);
+    if (fault != QW_NONE)
+        qw_fail(env, QW_ARGUMENT, fault / 4,
+                "face %u has an edge of more than two faces, or of two that are turned unlike", fault / 4);
     take_marks(env, cage, &q, &e);
     double *position = QW_NEW(env, double, 3 * (size_t)q.vertex_count);
     memcpy(position, cage->positions, 3 * (size_t)q.vertex_count * sizeof *position);

@@ -5,6 +5,7 @@
 
 #include "base/sets.h"
 #include "base/sort.h"
+#include "geometry/edges.h"
 #include "geometry/quadmesh.h"
 
 #include <assert.h>
@@ -21,30 +22,6 @@ static void find_quads(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_e
         for (uint32_t i = 0; i < 4; i++) b->corner[4 * (size_t)q + i] = mesh->corners[begin + i];
         b->face[q++] = f;
     }
-}
-
-/* Pairs the quads' half-edges where an edge has exactly two, of opposite directions. */
-static void find_twins(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, qw_base_complex *b)
-{
-    assert(b->face && b->corner && edges->edge_begin);
-    uint32_t *quad_of = QW_NEW(env, uint32_t, mesh->face_count);
-    for (uint32_t f = 0; f < mesh->face_count; f++) quad_of[f] = QW_NONE;
-    for (uint32_t q = 0; q < b->quads; q++) quad_of[b->face[q]] = q;
-    b->twin = QW_NEW(env, uint32_t, 4 * (size_t)b->quads);
-    for (uint32_t h = 0; h < 4 * b->quads; h++) b->twin[h] = QW_NONE;
-    for (uint32_t e = 0; e < edges->edge_count; e++) {
-        uint32_t side[2] = {QW_NONE, QW_NONE}, count = 0;
-        for (uint32_t i = edges->edge_begin[e]; i < edges->edge_begin[e + 1]; i++) {
-            uint32_t c = edges->sorted[i], f = edges->face[c];
-            if (quad_of[f] == QW_NONE) continue;
-            if (count < 2) side[count] = 4 * quad_of[f] + (c - edges->face_begin[f]);
-            count++;
-        }
-        if (count != 2 || b->corner[side[0]] == b->corner[side[1]]) continue;
-        b->twin[side[0]] = side[1];
-        b->twin[side[1]] = side[0];
-    }
-    qw_free(env, quad_of);
 }
 
 typedef struct grid_vertices {
@@ -156,7 +133,8 @@ qw_base_complex qw_find_base_complex(qw_env *env, const qw_mesh_view *mesh, cons
     assert(edges->face_begin && edges->sorted);
     qw_base_complex b = {0};
     find_quads(env, mesh, edges, &b);
-    find_twins(env, mesh, edges, &b);
+    uint32_t fault;
+    b.twin = qw_find_twins(env, 4, b.corner, b.quads, mesh->vertex_count, &fault);
     find_lines(env, &b, mesh->vertex_count);
     count_patches(env, &b);
     find_chords(env, &b);

@@ -10,6 +10,7 @@
 #include "base/hash.h"
 #include "base/sets.h"
 #include "base/elementary.h"
+#include "base/sort.h"
 #include "products/measure/base_complex.h"
 #include "products/measure/distance.h"
 
@@ -17,8 +18,6 @@
 #include <float.h>
 #include <math.h>
 #include <string.h>
-
-enum { FEW_CORNERS = 6 };
 
 /* ---- topology */
 
@@ -31,42 +30,10 @@ typedef struct topology_task {
     uint8_t *fans;        /* uint8_t[vertex_count]: 0, 1, or 2 for more */
     uint8_t *seen;        /* uint8_t[corner_count]: fans with boundary edges */
     uint32_t *component;  /* sets of faces, uint32_t[face_count] */
-    uint32_t *corners;    /* uint32_t[corner_count], sorted face by face */
+    uint64_t *corners;    /* uint64_t[corner_count], sorted face by face */
     qw_hash_table faces;  /* by their corners */
     qw_valences valences;
 } topology_task;
-
-/* Exchanges without a branch. */
-static void sort_few(uint32_t *a, uint32_t n)
-{
-    for (uint32_t i = 0; i + 1 < n; i++)
-        for (uint32_t j = i + 1; j < n; j++) {
-            uint32_t low = a[i] < a[j] ? a[i] : a[j], high = a[i] < a[j] ? a[j] : a[i];
-            a[i] = low, a[j] = high;
-        }
-}
-
-/* Heap sort: polygons may have any number of corners. */
-static void sort_many(uint32_t *a, uint32_t n)
-{
-    for (uint32_t start = n / 2, end = n; end > 1;) {
-        uint32_t moved, hole;
-        if (start > 0) {
-            hole = --start;
-            moved = a[hole];
-        } else {
-            moved = a[--end];
-            a[end] = a[0];
-            hole = 0;
-        }
-        for (uint32_t child; (child = 2 * hole + 1) < end; hole = child) {
-            if (child + 1 < end && a[child + 1] > a[child]) child++;
-            if (a[child] <= moved) break;
-            a[hole] = a[child];
-        }
-        a[hole] = moved;
-    }
-}
 
 typedef struct wanted_face {
     const topology_task *t;
@@ -85,11 +52,11 @@ static bool is_same_face(const void *wanted, uint32_t g)
 static void count_bad_faces(const topology_task *t)
 {
     const qw_polygon_edges *edges = t->edges;
-    if (edges->corner_count) memcpy(t->corners, t->mesh->corners, edges->corner_count * sizeof *t->corners);
+    for (uint32_t c = 0; c < edges->corner_count; c++) t->corners[c] = t->mesh->corners[c];
     for (uint32_t f = 0; f < t->mesh->face_count; f++) {
-        uint32_t *c = t->corners + edges->face_begin[f], n = edges->face_begin[f + 1] - edges->face_begin[f];
-        if (n <= FEW_CORNERS) sort_few(c, n);
-        else sort_many(c, n);
+        uint64_t *c = t->corners + edges->face_begin[f];
+        uint32_t n = edges->face_begin[f + 1] - edges->face_begin[f];
+        qw_sort_u64(c, n);
         bool repeats = false;
         uint64_t hash = n;
         for (uint32_t i = 0; i < n; i++) {
@@ -224,7 +191,7 @@ static void measure_topology(qw_env *env, const qw_mesh_view *mesh, const qw_pol
     t.fans = QW_NEW_ZERO(env, uint8_t, mesh->vertex_count);
     t.seen = QW_NEW_ZERO(env, uint8_t, edges->corner_count);
     t.component = QW_NEW(env, uint32_t, mesh->face_count);
-    t.corners = QW_NEW(env, uint32_t, edges->corner_count);
+    t.corners = QW_NEW(env, uint64_t, edges->corner_count);
     t.faces = qw_hash_table_create(env, mesh->face_count);
     t.valences = qw_begin_valences(env, mesh);
     qw_parallel(env, TOPOLOGY_PARTS, 1, count_part, &t);

@@ -1,74 +1,30 @@
 #include "products/wrap/point_cloud.h"
 
 #include "base/axes.h"
+#include "base/hash.h"
+#include "base/sort.h"
+#include "geometry/box_tree.h"
 
 #include <assert.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum {
-    NEAREST = 24,    /* neighbours that are looked at */
-    PLANE = 12,      /* of them, those that the tangent plane is fitted to */
-    MOST_SIDES = 16, /* of a Voronoi cell */
-    LEAF = 8,
-    DEPTH = 64
+    NEAREST = 24,   /* neighbours that are looked at */
+    PLANE = 12,     /* of them, those that the tangent plane is fitted to */
+    MOST_SIDES = 16 /* of a Voronoi cell */
 };
 /* Of the distance of the neighbour number PLANE: a Voronoi cell is cut off there, so that no triangle spans a gap. */
 static const double REACH = 1.0;
 
-/* ---- the nearest points: a tree that halves the points along the longest side of their box */
+/* ---- the nearest points */
 
 typedef struct tree {
     const double *position; /* double[points][3]: no coordinate above 1 */
-    uint32_t *order;        /* uint32_t[count]: one point of each place; the range of a node is halved at its middle */
-    uint8_t *axis;          /* uint8_t[count]: at the middle of each range */
-    uint32_t count;
+    uint32_t *order;        /* uint32_t[boxes.count]: one point of each place, in the order of the leaves */
+    qw_box_tree boxes;      /* of the points in single precision */
+    double slack;           /* how much nearer than its box a point may be, for the rounding */
 } tree;
-
-static double at(const tree *t, uint32_t i, int axis) { return t->position[3 * (size_t)t->order[i] + (size_t)axis]; }
-
-static bool before(const tree *t, uint32_t a, uint32_t b, int axis)
-{
-    double x = t->position[3 * (size_t)a + (size_t)axis], y = t->position[3 * (size_t)b + (size_t)axis];
-    return x < y || (x == y && a < b);
-}
-
-/* Brings the point that belongs there to `middle`, smaller ones before it and larger ones after (Hoare's selection). */
-static void select_middle(tree *t, uint32_t begin, uint32_t end, uint32_t middle, int axis)
-{
-    int64_t low = begin, high = (int64_t)end - 1;
-    while (low < high) {
-        uint32_t pivot = t->order[middle];
-        int64_t i = low, j = high;
-        while (i <= j) {
-            while (before(t, t->order[i], pivot, axis)) i++;
-            while (before(t, pivot, t->order[j], axis)) j--;
-            if (i > j) break;
-            uint32_t other = t->order[i];
-            t->order[i++] = t->order[j], t->order[j--] = other;
-        }
-        if (j < middle) low = i;
-        if (middle < i) high = j;
-    }
-}
-
-typedef struct span {
-    uint32_t begin, end;
-} span;
-
-static int longest_axis(const tree *t, span s)
-{
-    double low[3], high[3];
-    int axis = 0;
-    for (int k = 0; k < 3; k++) {
-        low[k] = high[k] = at(t, s.begin, k);
-        for (uint32_t i = s.begin + 1; i < s.end; i++)
-            low[k] = fmin(low[k], at(t, i, k)), high[k] = fmax(high[k], at(t, i, k));
-        if (high[k] - low[k] > high[axis] - low[axis]) axis = k;
-    }
-    return axis;
-}
 
 /* The coordinates times a power of two that brings the largest below 1, so that no square of a distance overflows. */
 static double *scaled(qw_env *env, const double *position, uint32_t count)
@@ -81,58 +37,25 @@ static double *scaled(qw_env *env, const double *position, uint32_t count)
     return p;
 }
 
-typedef struct place {
-    double at[3];
-    uint32_t point;
-} place;
-
-static int by_place(const void *a, const void *b)
-{
-    const place *x = a, *y = b;
-    for (int k = 0; k < 3; k++)
-        if (x->at[k] != y->at[k]) return x->at[k] < y->at[k] ? -1 : 1;
-    return x->point < y->point ? -1 : x->point > y->point;
-}
-
-/* The first point of each place, as scanners write thousands at 0 0 0 where they have seen nothing. Returns how many.
- */
-static uint32_t list_places(qw_env *env, const double *position, uint32_t count, uint32_t *first)
-{
-    qw_scope_begin(env);
-    place *list = QW_NEW(env, place, count);
-    uint32_t places = 0;
-    for (uint32_t i = 0; i < count; i++) {
-        memcpy(list[i].at, position + 3 * (size_t)i, sizeof list[i].at);
-        list[i].point = i;
-    }
-    qsort(list, count, sizeof *list, by_place);
-    for (uint32_t i = 0; i < count; i++) {
-        bool is_again = true;
-        for (int k = 0; k < 3; k++) is_again = is_again && i > 0 && list[i].at[k] == list[i - 1].at[k];
-        if (!is_again) first[places++] = list[i].point;
-    }
-    qw_scope_end(env);
-    return places;
-}
-
-/* position: as of the tree. */
+/* position: as of the tree. Of each place the first point, as scanners write thousands at 0 0 0 where they have seen
+ * nothing. */
 static tree grow_tree(qw_env *env, const double *position, uint32_t count)
 {
-    tree t = {position, QW_NEW(env, uint32_t, count), QW_NEW_ZERO(env, uint8_t, count), 0};
-    span stack[DEPTH];
-    int depth = 0;
-    count = t.count = list_places(env, position, count, t.order);
-    stack[depth++] = (span){0, count};
-    while (depth > 0) {
-        span s = stack[--depth];
-        if (s.end - s.begin <= LEAF) continue;
-        uint32_t middle = s.begin + (s.end - s.begin) / 2;
-        t.axis[middle] = (uint8_t)longest_axis(&t, s);
-        select_middle(&t, s.begin, s.end, middle, t.axis[middle]);
-        stack[depth++] = (span){s.begin, middle}, stack[depth++] = (span){middle + 1, s.end};
-        assert(depth < DEPTH);
-        qw_break_silence(env);
+    tree t = {position, QW_NEW(env, uint32_t, count), {0}, 0};
+    qw_scope_begin(env);
+    uint32_t *place = qw_find_places(env, position, count, NULL), places = 0;
+    qw_box *boxes = QW_NEW(env, qw_box, count);
+    for (uint32_t i = 0; i < count; i++) {
+        if (place[i] != i) continue;
+        const double *p = position + 3 * (size_t)i;
+        qw_vec3 at = {(float)p[0], (float)p[1], (float)p[2]};
+        place[places] = i, boxes[places++] = qw_box_of(&at, 1);
     }
+    t.boxes = qw_box_tree_build(env, boxes, places, t.order);
+    for (uint32_t i = 0; i < places; i++) t.order[i] = place[t.order[i]];
+    t.slack = sqrt((double)t.boxes.slack2);
+    qw_keep(env, t.boxes.nodes);
+    qw_scope_end(env);
     return t;
 }
 
@@ -154,29 +77,38 @@ static void offer(const tree *t, const double p[3], uint32_t point, nearest *n)
     n->distance2[i] = d2, n->point[i] = point;
 }
 
+/* The squared distance of a point from the box of a node. */
+static double distance2_of(const qw_box_node *node, const double p[3])
+{
+    double sum = 0;
+    for (int k = 0; k < 3; k++) {
+        double outside = fmax(fabs(p[k] - (double)node->centre[k]) - (double)node->half[k], 0);
+        sum += outside * outside;
+    }
+    return sum;
+}
+
 static void find_nearest(const tree *t, const double p[3], nearest *n)
 {
     struct {
-        span s;
-        double far2; /* no point of the span is nearer */
-    } stack[DEPTH];
+        uint32_t node;
+        double far2; /* no point of it is nearer */
+    } stack[QW_BOX_STACK];
     int depth = 0;
     n->count = 0;
-    stack[depth].s = (span){0, t->count}, stack[depth++].far2 = 0;
+    stack[depth].node = 0, stack[depth++].far2 = 0;
     while (depth > 0) {
-        span s = stack[--depth].s;
-        if (n->count == NEAREST && stack[depth].far2 > n->distance2[NEAREST - 1]) continue;
-        if (s.end - s.begin <= LEAF) {
-            for (uint32_t i = s.begin; i < s.end; i++) offer(t, p, t->order[i], n);
-            continue;
-        }
-        uint32_t middle = s.begin + (s.end - s.begin) / 2;
-        double off = p[t->axis[middle]] - at(t, middle, t->axis[middle]), far2 = fmax(stack[depth].far2, off * off);
-        span low = {s.begin, middle}, high = {middle + 1, s.end};
-        double near2 = stack[depth].far2;
-        offer(t, p, t->order[middle], n);
-        stack[depth].s = off < 0 ? high : low, stack[depth++].far2 = far2;
-        stack[depth].s = off < 0 ? low : high, stack[depth++].far2 = near2;
+        const qw_box_node *node = &t->boxes.nodes[stack[--depth].node];
+        double reach = n->count < NEAREST ? INFINITY : sqrt(n->distance2[NEAREST - 1]) + t->slack;
+        if (stack[depth].far2 > reach * reach) continue;
+        for (uint32_t i = node->first; i < node->first + node->count; i++) offer(t, p, t->order[i], n);
+        if (node->count > 0) continue;
+        double left = distance2_of(&t->boxes.nodes[node->first], p),
+               right = distance2_of(&t->boxes.nodes[node->first + 1], p);
+        bool is_left = left <= right; /* the nearer is looked at first */
+        stack[depth].node = node->first + is_left, stack[depth++].far2 = fmax(left, right);
+        stack[depth].node = node->first + !is_left, stack[depth++].far2 = fmin(left, right);
+        assert(depth < QW_BOX_STACK);
     }
 }
 
@@ -265,37 +197,18 @@ static void star_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 
 /* ---- triangles, each once */
 
-typedef struct corner3 {
-    uint32_t v[3];
-} corner3;
-
-static int by_corners(const void *a, const void *b)
+/* The triangles at a point by their lowest corners: counts them in first, or adds the other two corners to its keys. */
+static void add_triangles(const uint32_t *star, uint32_t p, uint32_t *first, uint64_t *key)
 {
-    const corner3 *x = a, *y = b;
-    for (int k = 0; k < 3; k++)
-        if (x->v[k] != y->v[k]) return x->v[k] < y->v[k] ? -1 : 1;
-    return 0;
-}
-
-static corner3 in_order(uint32_t a, uint32_t b, uint32_t c)
-{
-    uint32_t low = a < b ? a : b, high = a < b ? b : a;
-    if (c < low) return (corner3){{c, low, high}};
-    return c < high ? (corner3){{low, c, high}} : (corner3){{low, high, c}};
-}
-
-static size_t triangles_at(const uint32_t *star, uint32_t p, corner3 *to)
-{
-    size_t count = 0;
     int sides = MOST_SIDES;
     while (sides > 0 && star[sides - 1] == QW_NONE) sides--;
     for (int i = 0; i < sides; i++) {
         uint32_t a = star[i], b = star[(i + 1) % sides];
         if (a == QW_NONE || b == QW_NONE || a == b) continue;
-        if (to) to[count] = in_order(p, a, b);
-        count++;
+        uint32_t low = a < b ? (p < a ? p : a) : (p < b ? p : b);
+        if (!key) first[low]++;
+        else key[first[low]++] = low == p ? qw_pair_key(a, b) : qw_pair_key(p, low == a ? b : a);
     }
-    return count;
 }
 
 uint32_t qw_triangles_of_points(qw_env *env, const double *position, uint32_t count, uint32_t **corner)
@@ -304,20 +217,29 @@ uint32_t qw_triangles_of_points(qw_env *env, const double *position, uint32_t co
     tree t = grow_tree(env, scaled(env, position, count), count);
     starring s = {env, &t, QW_NEW(env, uint32_t, (size_t)count * MOST_SIDES)};
     memset(s.star, 0xff, (size_t)count * MOST_SIDES * sizeof *s.star); /* QW_NONE: points at the place of another */
-    qw_parallel(env, t.count, QW_GRAIN_HEAVY, star_block, &s);
+    qw_parallel(env, t.boxes.count, QW_GRAIN_HEAVY, star_block, &s);
     qw_break_silence(env);
-    size_t all = 0, kept = 0, at_once = 0;
-    for (uint32_t p = 0; p < count; p++) all += triangles_at(s.star + (size_t)p * MOST_SIDES, p, NULL);
-    corner3 *list = QW_NEW(env, corner3, all);
-    for (uint32_t p = 0; p < count; p++) at_once += triangles_at(s.star + (size_t)p * MOST_SIDES, p, list + at_once);
-    assert(at_once == all);
-    qsort(list, all, sizeof *list, by_corners);
-    for (size_t i = 0; i < all; i++)
-        if (kept == 0 || by_corners(&list[i], &list[kept - 1]) != 0) list[kept++] = list[i];
-    if (kept == 0) qw_fail(env, QW_ONLY_DEGENERATE, -1, "no three of the points make a triangle");
+    size_t kept = 0, all = 0;
+    uint32_t *first = QW_NEW_ZERO(env, uint32_t, count);
+    for (uint32_t p = 0; p < count; p++) add_triangles(s.star + (size_t)p * MOST_SIDES, p, first, NULL);
+    for (uint32_t p = 0; p < count; p++) {
+        size_t here = first[p];
+        first[p] = (uint32_t)all, all += here;
+        if (all > UINT32_MAX) qw_fail(env, QW_TOO_LARGE, -1, "the points make too many triangles");
+    }
+    if (all == 0) qw_fail(env, QW_ONLY_DEGENERATE, -1, "no three of the points make a triangle");
+    uint64_t *key = QW_NEW(env, uint64_t, all);
+    for (uint32_t p = 0; p < count; p++) add_triangles(s.star + (size_t)p * MOST_SIDES, p, first, key);
+    *corner = QW_NEW(env, uint32_t, 3 * all);
+    for (uint32_t p = 0, begin = 0; p < count; begin = first[p++]) {
+        size_t here = qw_sort_once(key + begin, first[p] - begin);
+        for (size_t i = 0; i < here; i++, kept++) {
+            uint32_t *c = *corner + 3 * kept;
+            c[0] = p, c[1] = (uint32_t)(key[begin + i] >> 32), c[2] = (uint32_t)key[begin + i];
+        }
+    }
     if (kept > INT32_MAX / 3) qw_fail(env, QW_TOO_LARGE, -1, "the points make too many triangles");
-    *corner = QW_NEW(env, uint32_t, 3 * kept);
-    for (size_t i = 0; i < kept; i++) memcpy(*corner + 3 * i, list[i].v, sizeof list[i].v);
+    *corner = qw_resize(env, *corner, 3 * kept, sizeof **corner);
     qw_keep(env, *corner);
     qw_scope_end(env);
     return (uint32_t)kept;

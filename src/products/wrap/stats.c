@@ -1,6 +1,7 @@
 #include "products/wrap/stats.h"
 
 #include "base/elementary.h"
+#include "base/sets.h"
 
 #include <math.h>
 #include <string.h>
@@ -95,28 +96,17 @@ static double mean_to_skin(qw_env *env, const qw_wrap_lattice *lattice, const qw
 
 /* ---- components */
 
-static uint32_t root_of(uint32_t *parent, uint32_t v)
-{
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-}
-
-static void join(uint32_t *parent, uint32_t a, uint32_t b)
-{
-    a = root_of(parent, a), b = root_of(parent, b);
-    parent[a > b ? a : b] = a > b ? b : a;
-}
-
 static int64_t count_hidden_shells(qw_env *env, const qw_wrap_triangles *t, uint32_t vertex_count,
                                    const uint8_t *visible)
 {
     uint32_t *parent = QW_NEW(env, uint32_t, vertex_count);
     uint8_t *seen = QW_NEW_ZERO(env, uint8_t, vertex_count); /* of a root: 1: has a triangle; 2: one that is seen */
     int64_t count = 0;
-    for (uint32_t v = 0; v < vertex_count; v++) parent[v] = v;
+    qw_sets_begin(parent, vertex_count);
     for (uint32_t i = 0; i < t->count; i++)
-        for (int k = 1; k < 3; k++) join(parent, t->corner[3 * (size_t)i], t->corner[3 * (size_t)i + (size_t)k]);
-    for (uint32_t i = 0; i < t->count; i++) seen[root_of(parent, t->corner[3 * (size_t)i])] |= visible[i] ? 3 : 1;
+        for (int k = 1; k < 3; k++)
+            qw_join_sets(parent, t->corner[3 * (size_t)i], t->corner[3 * (size_t)i + (size_t)k]);
+    for (uint32_t i = 0; i < t->count; i++) seen[qw_set_of(parent, t->corner[3 * (size_t)i])] |= visible[i] ? 3 : 1;
     for (uint32_t v = 0; v < vertex_count; v++) count += seen[v] == 1;
     return count;
 }
@@ -128,7 +118,8 @@ static int64_t count_bridges(qw_env *env, const qw_skin *s, const float *touch)
     int64_t count = 0;
     for (uint32_t f = 0; f < s->face_count; f++) parent[f] = f;
     for (uint32_t h = 0; h < 3 * s->face_count; h++)
-        if ((double)touch[h / 3] > far && (double)touch[s->twin[h] / 3] > far) join(parent, h / 3, s->twin[h] / 3);
+        if ((double)touch[h / 3] > far && (double)touch[s->twin[h] / 3] > far)
+            qw_join_sets(parent, h / 3, s->twin[h] / 3);
     for (uint32_t f = 0; f < s->face_count; f++) count += (double)touch[f] > far && parent[f] == f;
     return count;
 }

@@ -32,7 +32,7 @@ static uint32_t find_open(const qw_sheets *s, const qw_edges *edges, uint8_t *op
 
 static qw_edges edges_of(qw_env *env, const qw_sheets *s)
 {
-    return qw_edges_build(env, s->corner, s->face_count, s->vertex_count);
+    return qw_edges_build(env, 3, s->corner, s->face_count, s->vertex_count);
 }
 
 /* Edges are gathered again only where something was joined. */

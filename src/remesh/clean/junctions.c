@@ -271,7 +271,7 @@ static void split_faces(const sewing *w, const uint32_t *at, pieces *p)
    are any. closed: uint8_t[edges]: 1 yes, 2 crowded. */
 static bool take_back(sewing *w, const pieces *p, uint8_t *closed)
 {
-    qw_edges edges = qw_edges_build(w->env, p->corner, p->count, w->sheets->vertex_count);
+    qw_edges edges = qw_edges_build(w->env, 3, p->corner, p->count, w->sheets->vertex_count);
     memset(closed, 0, w->edges);
     for (uint32_t v = 0; v < w->sheets->vertex_count; v++)
         for (uint32_t i = edges.begin[v], end; i < edges.begin[v + 1]; i = end) {

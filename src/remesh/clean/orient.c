@@ -221,14 +221,7 @@ typedef struct suspects {
 static const uint64_t CAVITY_TESTS = 200u * 1000 * 1000;
 
 /* A number that sorts like x, rounded, in the upper half. */
-static uint64_t key_of(double x)
-{
-    union {
-        float f;
-        uint32_t u;
-    } bits = {.f = (float)x + 0.0f};
-    return (uint64_t)(bits.u >> 31 ? ~bits.u : bits.u | 0x80000000u) << 32;
-}
+static uint64_t key_of(double x) { return (uint64_t)qw_signed_float_key((float)x) << 32; }
 
 /* Whether the vertical line through p crosses the face above p. Half-open comparisons, and edges always taken from
    their lower vertex, count a line through an edge or a vertex of a closed surface once. */
@@ -268,17 +261,6 @@ static suspects find_suspects(qw_env *env, const qw_sheets *s, const pieces *p)
     return t;
 }
 
-static uint32_t first_key(const suspects *t, uint64_t key)
-{
-    uint32_t low = 0, high = t->count;
-    while (low < high) {
-        uint32_t middle = low + (high - low) / 2;
-        if (t->key[middle] < key) low = middle + 1;
-        else high = middle;
-    }
-    return low;
-}
-
 /* Clears `turn` of the cavities. Returns early, with all of them turned, when the budget is spent. */
 static void spare_cavities(qw_env *env, const qw_sheets *s, pieces *p)
 {
@@ -293,7 +275,7 @@ static void spare_cavities(qw_env *env, const qw_sheets *s, pieces *p)
         const double *a = corner_point(s, 3 * (size_t)f), *b = corner_point(s, 3 * (size_t)f + 1),
                      *c = corner_point(s, 3 * (size_t)f + 2);
         uint64_t last = key_of(fmax(a[0], fmax(b[0], c[0]))) | UINT32_MAX;
-        uint32_t i = first_key(&t, key_of(fmin(a[0], fmin(b[0], c[0]))));
+        uint32_t i = (uint32_t)qw_first_not_below(t.key, t.count, key_of(fmin(a[0], fmin(b[0], c[0]))));
         for (; i < t.count && t.key[i] <= last && budget > 0; i++, budget--) {
             uint32_t piece_index = (uint32_t)t.key[i];
             if (piece_index != p->of[f]) t.crossings[piece_index] += crosses_above(s, f, t.from[piece_index]);

@@ -77,7 +77,7 @@ uint32_t qw_split_parallel_edges(qw_env *env, qw_sheets *s)
     qw_scope_begin(env);
     size_t half_edges = 3 * (size_t)s->face_count;
     uint8_t *flag = QW_NEW_ZERO(env, uint8_t, half_edges);
-    qw_edges edges = qw_edges_build(env, s->corner, s->face_count, s->vertex_count);
+    qw_edges edges = qw_edges_build(env, 3, s->corner, s->face_count, s->vertex_count);
     uint32_t count = flag_parallel(s, &edges, flag);
     qw_edges_free(env, &edges);
     if (count > 0) {

@@ -29,15 +29,6 @@ typedef struct tips {
     uint32_t round;
 } tips;
 
-static double angle_at(const qw_trimesh *mesh, uint32_t h)
-{
-    assert(h < 3 * mesh->face_count);
-    qw_vec3 p = mesh->position[mesh->corner[h]];
-    qw_vec3 a = qw_sub(mesh->position[mesh->corner[qw_next(h)]], p),
-            b = qw_sub(mesh->position[mesh->corner[qw_prev(h)]], p);
-    return qw_atan2(qw_length(qw_cross(a, b)), qw_dot(a, b));
-}
-
 static double lack_at(const tips *t, uint32_t v)
 {
     const qw_trimesh *mesh = t->mesh;
@@ -45,7 +36,7 @@ static double lack_at(const tips *t, uint32_t v)
     double sum = 0;
     do {
         if (mesh->twin[h] == QW_NONE || (mesh->mark && mesh->mark[h])) return 0;
-        sum += angle_at(mesh, h);
+        sum += qw_corner_angle(mesh->position, mesh->corner, h);
         h = qw_around(mesh, h);
     } while (h != t->outgoing[v]);
     return TURN - sum;

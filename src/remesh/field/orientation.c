@@ -397,7 +397,7 @@ double qw_orientation_energy(const qw_level *level, const qw_vec3 *orientation)
             qw_match m = qw_match_crosses(orientation[u], level->normal[u], orientation[v], level->normal[v]);
             qw_vec3 a = qw_axis(orientation[u], level->normal[u], m.ku),
                     b = qw_axis(orientation[v], level->normal[v], m.kv);
-            double angle = qw_atan2(qw_length(qw_cross(a, b)), qw_dot(a, b));
+            double angle = qw_angle_between(a, b);
             energy += level->weight[i] * angle * angle;
         }
     return energy / 2;

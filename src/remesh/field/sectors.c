@@ -61,14 +61,6 @@ typedef struct sectors {
 
 static bool is_curve(const sectors *s, uint32_t h) { return qw_is_curve_edge(s->mesh, h, s->with_boundary); }
 
-static float corner_angle(const qw_trimesh *mesh, uint32_t h)
-{
-    qw_vec3 p = mesh->position[mesh->corner[h]];
-    qw_vec3 a = qw_normalize(qw_sub(mesh->position[mesh->corner[qw_next(h)]], p));
-    qw_vec3 b = qw_normalize(qw_sub(mesh->position[mesh->corner[qw_prev(h)]], p));
-    return (float)qw_acos(fminf(fmaxf(qw_dot(a, b), -1), 1));
-}
-
 /* The vertex after v on a curve that came from `from`; QW_NONE past its end. */
 static uint32_t next_on_curve(const sectors *s, uint32_t from, uint32_t v)
 {
@@ -158,7 +150,7 @@ static void visit_sectors(sectors *s, uint32_t corner, visit_sector *visit)
     uint32_t first = start = h;
     float sum = 0;
     do {
-        sum += corner_angle(mesh, h);
+        sum += (float)qw_corner_angle(mesh->position, mesh->corner, h);
         uint32_t back = qw_prev(h);
         h = mesh->twin[back];
         if (!is_curve(s, back)) continue;

@@ -134,14 +134,6 @@ static void diffuse(qw_env *env, diffusion *d, double radius, const qw_vec3 *fro
     qw_scope_end(env);
 }
 
-static float corner_angle(const qw_trimesh *mesh, uint32_t h)
-{
-    qw_vec3 p = mesh->position[mesh->corner[h]];
-    qw_vec3 a = qw_sub(mesh->position[mesh->corner[qw_next(h)]], p),
-            b = qw_sub(mesh->position[mesh->corner[qw_prev(h)]], p);
-    return (float)qw_atan2(qw_length(qw_cross(a, b)), qw_dot(a, b));
-}
-
 void qw_balance_creases(qw_env *env, const qw_trimesh *mesh, qw_vec3 *normal)
 {
     assert(mesh->twin && normal);
@@ -152,7 +144,8 @@ void qw_balance_creases(qw_env *env, const qw_trimesh *mesh, qw_vec3 *normal)
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
         uint32_t v = mesh->corner[h];
         if (mesh->mark[h] & QW_MARK_FEATURE) crease[v] = crease[mesh->corner[qw_next(h)]] = 1;
-        sum[v] = qw_madd(sum[v], corner_angle(mesh, h), qw_normalize(qw_face_cross(mesh, h / 3)));
+        sum[v] = qw_madd(sum[v], (float)qw_corner_angle(mesh->position, mesh->corner, h),
+                         qw_normalize(qw_face_cross(mesh, h / 3)));
     }
     for (uint32_t v = 0; v < mesh->vertex_count; v++)
         if (crease[v] && qw_length2(sum[v]) > 1e-6f) normal[v] = qw_normalize(sum[v]);

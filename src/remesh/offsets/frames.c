@@ -82,15 +82,6 @@ static void lay_elsewhere(framing *g, uint32_t f, uint32_t c)
 
 /* ---- corners of the curves */
 
-static float corner_angle(const qw_offset_mesh *m, uint32_t h)
-{
-    assert(h < 3 * m->face_count);
-    qw_vec3 p = m->position[m->corner[h]];
-    qw_vec3 a = qw_normalize(qw_sub(m->position[m->corner[qw_next(h)]], p));
-    qw_vec3 b = qw_normalize(qw_sub(m->position[m->corner[qw_prev(h)]], p));
-    return (float)qw_acos(fminf(fmaxf(qw_dot(a, b), -1), 1));
-}
-
 /* The direction along h, which is constrained to a lattice line, in the frame of its triangle: quarter turns from the x
  * axis.
  */
@@ -203,7 +194,7 @@ static void repair_corner(framing *g, uint32_t start)
     uint32_t first = start, h = start, sectors = 0;
     float angle = 0;
     do {
-        angle += corner_angle(m, h);
+        angle += (float)qw_corner_angle(m->position, m->corner, h);
         uint32_t back = qw_prev(h), next = m->twin[back];
         if (m->fixed[m->edge[back]]) {
             if (first == start && next == start) return; /* a curve that ends here: there is but one sector */
@@ -225,7 +216,7 @@ static bool find_sector(const qw_offset_mesh *m, uint32_t h, sector *s)
         if (t == QW_NONE || (s->first = qw_next(t)) == h) return false;
     }
     for (s->last = s->first;; s->last = m->twin[qw_prev(s->last)]) {
-        s->angle += corner_angle(m, s->last) / QUARTER;
+        s->angle += (float)qw_corner_angle(m->position, m->corner, s->last) / QUARTER;
         uint32_t back = qw_prev(s->last);
         if (m->fixed[m->edge[back]]) break;
         if (m->twin[back] == QW_NONE || m->twin[back] == s->first) return false;

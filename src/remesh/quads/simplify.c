@@ -73,16 +73,6 @@ static void add(simplifier *s, vertices *set, uint32_t v)
 
 /* ---- the measure */
 
-/* The angle at the corner of h. */
-static float corner_angle(const qw_quadmesh *m, uint32_t h)
-{
-    assert(h < 4 * m->face_count);
-    qw_vec3 at = m->position[m->corner[h]];
-    qw_vec3 a = qw_sub(m->position[m->corner[qw_quad_next(h)]], at),
-            b = qw_sub(m->position[m->corner[qw_quad_prev(h)]], at);
-    return (float)qw_atan2(qw_length(qw_cross(a, b)), qw_dot(a, b));
-}
-
 static bool on_curve(const qw_quadmesh *m, uint32_t h) { return m->twin[h] == QW_NONE || m->mark[h]; }
 
 static const float QUARTER_TURN = 1.5707963f; /* radians */
@@ -129,7 +119,7 @@ static int32_t excess(const qw_quadmesh *m, const uint32_t *out, uint32_t v)
     for (uint32_t i = 0; i < n; i++) {
         uint32_t next = qw_quad_around(m, h);
         quads++;
-        if (m->kind[v] == QW_VERTEX_CORNER) angle += corner_angle(m, h);
+        if (m->kind[v] == QW_VERTEX_CORNER) angle += qw_quad_angle(m, h);
         if (i + 1 == n || (!whole && on_curve(m, next))) {
             sum += cost_of(quads - ideal_of(m, v, whole, angle));
             quads = 0, angle = 0;

@@ -79,14 +79,6 @@ static int64_t shorten(qw_offset_mesh *m, const uint32_t *edges, uint32_t count,
     return released;
 }
 
-static float angle_at(const qw_offset_mesh *m, uint32_t h)
-{
-    assert(h < 3 * m->face_count);
-    qw_vec3 p = m->position[m->corner[h]];
-    qw_vec3 a = qw_sub(m->position[m->corner[qw_next(h)]], p), b = qw_sub(m->position[m->corner[qw_prev(h)]], p);
-    return (float)qw_atan2(qw_length(qw_cross(a, b)), qw_dot(a, b));
-}
-
 /* The first acute corner of the star as two half-edges that leave its vertex; false where there is none. (An acute
    corner whose second side is the boundary's last edge is not found.) A star that goes round begins with a constrained
    half-edge. */
@@ -108,7 +100,7 @@ static bool find_acute_corner(const qw_offset_mesh *m, const qw_star *star, uint
             }
             last = h, last_axis = axis, angle = 0;
         }
-        angle += angle_at(m, h);
+        angle += (float)qw_corner_angle(m->position, m->corner, h);
     }
     return false;
 }

@@ -293,14 +293,6 @@ static void run_table(engine *g)
 
 /* ---- what there is to repair */
 
-static float mean_edge(const qw_quadmesh *q)
-{
-    double sum = 0;
-    for (uint32_t h = 0; h < 4 * q->face_count; h++)
-        sum += (double)qw_distance(q->position[q->corner[h]], q->position[q->corner[qw_quad_next(h)]]);
-    return (float)(sum / fmax(4.0 * q->face_count, 1));
-}
-
 /* Whether a quad may be flipped, where the surface's normal is not known: true of a quad beside an edge across which
    the quads fold over. */
 static bool is_suspect(const qw_quadmesh *q, const qw_vec3 *ground, uint32_t f)
@@ -441,7 +433,7 @@ qw_flip_counts qw_repair_flips(qw_env *env, qw_quadmesh *quads, const qw_flip_re
 {
     assert(quads->twin && repair->surface);
     qw_flip_counts counts = {0};
-    float edge = mean_edge(quads);
+    float edge = (float)(qw_sum_of_sides(quads) / fmax(4.0 * quads->face_count, 1));
     memset(flipped, QW_NOT_FLIPPED, quads->face_count);
     if (!(edge > 0) || !has_suspects(quads, repair, edge)) return counts;
     qw_scope_begin(env);

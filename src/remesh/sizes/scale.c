@@ -1,56 +1,9 @@
 #include "remesh/sizes/scale.h"
 
+#include "base/sort.h"
+#include "solve/queue.h"
+
 #include <assert.h>
-#include <stdlib.h>
-#include <string.h>
-
-/* Dijkstra from the small sizes outward, with a binary heap of (size, vertex); ties by vertex index, so the order is
- * fixed. */
-typedef struct heap {
-    float *key;
-    uint32_t *item, count;
-} heap;
-
-static bool before(const heap *q, uint32_t a, uint32_t b)
-{
-    return q->key[a] < q->key[b] || (q->key[a] == q->key[b] && q->item[a] < q->item[b]);
-}
-
-static void swap(heap *q, uint32_t a, uint32_t b)
-{
-    float k = q->key[a];
-    uint32_t i = q->item[a];
-    q->key[a] = q->key[b], q->item[a] = q->item[b];
-    q->key[b] = k, q->item[b] = i;
-}
-
-static void push(heap *q, float key, uint32_t item)
-{
-    uint32_t at = q->count++;
-    q->key[at] = key, q->item[at] = item;
-    while (at > 0 && before(q, at, (at - 1) / 2)) swap(q, at, (at - 1) / 2), at = (at - 1) / 2;
-}
-
-static void pop(heap *q)
-{
-    assert(q->count > 0);
-    swap(q, 0, --q->count);
-    for (uint32_t at = 0;;) {
-        uint32_t child = 2 * at + 1;
-        if (child >= q->count) return;
-        if (child + 1 < q->count && before(q, child + 1, child)) child++;
-        if (!before(q, child, at)) return;
-        swap(q, at, child);
-        at = child;
-    }
-}
-
-static void grow(qw_env *env, heap *q, size_t *capacity)
-{
-    size_t items = *capacity;
-    q->key = qw_grow(env, q->key, capacity, q->count + 1, sizeof *q->key);
-    q->item = qw_grow(env, q->item, &items, q->count + 1, sizeof *q->item);
-}
 
 static bool are_equal(const float *size, uint32_t count)
 {
@@ -59,14 +12,14 @@ static bool are_equal(const float *size, uint32_t count)
     return true;
 }
 
+/* By Dijkstra's algorithm from the small sizes outward. */
 void qw_limit_gradation(qw_env *env, const qw_trimesh *mesh, float *size, float slope)
 {
     assert(mesh->twin && slope >= 0);
     if (are_equal(size, mesh->vertex_count)) return;
     qw_scope_begin(env);
     uint32_t n = mesh->vertex_count, *outgoing = qw_trimesh_outgoing(env, mesh);
-    size_t capacity = n;
-    heap q = {QW_NEW(env, float, n), QW_NEW(env, uint32_t, n), 0};
+    qw_queue q = qw_queue_create(env, n);
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) { /* most often nothing is to be limited */
         if (mesh->twin[h] < h) continue;                  /* the edge was seen */
         uint32_t a = mesh->corner[h], b = mesh->corner[qw_next(h)], low = size[a] < size[b] ? a : b,
@@ -74,22 +27,17 @@ void qw_limit_gradation(qw_env *env, const qw_trimesh *mesh, float *size, float 
         float rise = size[high] - size[low], run2 = qw_length2(qw_sub(mesh->position[a], mesh->position[b]));
         if (rise * rise < 0.999f * (slope * slope) * run2) continue; /* clearly, as most often: without a root */
         if (size[high] <= size[low] + slope * sqrtf(run2)) continue;
-        if (q.count == capacity) grow(env, &q, &capacity);
-        push(&q, size[low], low);
+        qw_queue_put(&q, low, qw_signed_float_key(size[low]));
     }
-    while (q.count > 0) {
-        float key = q.key[0];
-        uint32_t v = q.item[0], first = outgoing[v], h = first;
-        pop(&q);
-        if (key > size[v]) continue;
+    for (uint32_t v; (v = qw_queue_take(&q)) != QW_NONE;) {
+        uint32_t first = outgoing[v], h = first;
         do {
             uint32_t back = qw_prev(h), ends[2] = {mesh->corner[qw_next(h)], mesh->corner[back]};
             for (int i = 0; i < 2; i++) {
-                float most = key + slope * qw_distance(mesh->position[v], mesh->position[ends[i]]);
+                float most = size[v] + slope * qw_distance(mesh->position[v], mesh->position[ends[i]]);
                 if (size[ends[i]] <= most) continue;
                 size[ends[i]] = most;
-                if (q.count == capacity) grow(env, &q, &capacity);
-                push(&q, most, ends[i]);
+                qw_queue_put(&q, ends[i], qw_signed_float_key(most));
             }
             h = mesh->twin[back];
         } while (h != QW_NONE && h != first);

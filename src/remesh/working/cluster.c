@@ -292,7 +292,7 @@ static void judge_triangles(clustering *c)
 /* Bad are the ends of an edge that has not two sides, or one on the boundary. */
 static void judge_edges(clustering *c)
 {
-    qw_edges edges = qw_edges_build(c->env, c->corner, c->triangles, c->count);
+    qw_edges edges = qw_edges_build(c->env, 3, c->corner, c->triangles, c->count);
     for (uint32_t k = 0; k < c->count; k++)
         for (uint32_t i = edges.begin[k], end; i < edges.begin[k + 1]; i = end) {
             end = qw_edge_end(&edges, i, edges.begin[k + 1]);
