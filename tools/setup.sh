@@ -2,7 +2,7 @@
 # Installs what the build needs and what is missing of it, on Debian and its kin. Quiet, and harmless when run again.
 # usage: setup.sh [GROUP...]     build and tests; of GROUP alone where given: musl, mingw, wasm (tools/test-platforms), dist (make dist),
 #                        web, web-test (tools/web), python, python-test, python-old (tools/python-package), cluster (tools/test-cluster), blender (tools/blender-addon)
-#   build: a C and a C++ compiler, CMake, Ninja, stb (PNG), pkg-config (the install test asks it)
+#   build: a C and a C++ compiler, CMake, Ninja, stb (textures), pkg-config (the install test asks it)
 #   tests: CMocka
 #   used where found: CaDiCaL (SAT, Equation (4)), GLPK (--flow ilp), libwebp (textures that are WebP), LEMON (oracle of the flow tests), clang (second compiler, fuzzing), clang-format (layout)
 set -e
