@@ -585,25 +585,6 @@ static void limit_wanted(qw_env *env, relaxation *r)
     qw_free(env, at_face), qw_free(env, at_vertex);
 }
 
-static void find_flipped(qw_env *env, void *user, uint8_t *is_worse)
-{
-    (void)env;
-    const relaxation *r = user;
-    const qw_quadmesh *q = r->quads;
-    for (uint32_t f = 0; f < q->face_count; f++) {
-        const uint32_t *c = q->corner + 4 * (size_t)f;
-        qw_vec3 up = qw_add(qw_add(r->normal[c[0]], r->normal[c[1]]), qw_add(r->normal[c[2]], r->normal[c[3]]));
-        is_worse[f] = qw_dot(twice_area(r, f, r->position), up) <= 0 && qw_dot(twice_area(r, f, q->position), up) >= 0;
-    }
-}
-
-static void unbind(void *user, uint32_t v, float share)
-{
-    (void)share;
-    relaxation *r = user;
-    r->position[v] = r->quads->position[v], r->curves.edge[v] = QW_NONE;
-}
-
 /* Onto the surface: the only move that may turn a corner over. */
 static void settle(qw_env *env, relaxation *r)
 {
@@ -614,8 +595,6 @@ static void settle(qw_env *env, relaxation *r)
     memcpy(r->normal, normal, n * sizeof *normal);
     qw_free(env, normal);
     r->curves = qw_bind_curves(env, r->quads, r->surface, r->size, r->position);
-    /* curves closer than their quads are wide may draw vertices past one another */
-    if (qw_uses(env, QW_MECH_UNBIND)) qw_go_back(env, &(qw_going_back){r->quads, true, r, find_flipped, unbind}, NULL);
     memset(r->face, 0xff, n * sizeof *r->face);
     memset(r->axis, 0, n * sizeof *r->axis);
     memset(r->step, 0, n * sizeof *r->step);
