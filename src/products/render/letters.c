@@ -180,11 +180,13 @@ float letters_width(const char *text, float size)
     return width > 0 ? width - gap(size) : 0;
 }
 
+static float length_of(float x, float y) { return sqrtf(x * x + y * y); }
+
 static float distance_to(const segment *s, float x, float y)
 {
     float dx = s->x1 - s->x0, dy = s->y1 - s->y0, l = dx * dx + dy * dy, t = 0;
     if (l > 0) t = fminf(fmaxf(((x - s->x0) * dx + (y - s->y0) * dy) / l, 0), 1);
-    return hypotf(x - s->x0 - t * dx, y - s->y0 - t * dy);
+    return length_of(x - s->x0 - t * dx, y - s->y0 - t * dy);
 }
 
 static void blend(picture *p, int x, int y, const uint8_t colour[3], float share)
@@ -192,7 +194,7 @@ static void blend(picture *p, int x, int y, const uint8_t colour[3], float share
     if (x < 0 || y < 0 || x >= (int)p->width || y >= (int)p->height || share <= 0) return;
     uint8_t *c = p->rgb + 3 * ((size_t)y * p->width + (size_t)x);
     share = fminf(share, 1);
-    for (int k = 0; k < 3; k++) c[k] = (uint8_t)lrintf((float)c[k] + share * ((float)colour[k] - (float)c[k]));
+    for (int k = 0; k < 3; k++) c[k] = (uint8_t)((float)c[k] + share * ((float)colour[k] - (float)c[k]) + 0.5f);
 }
 
 static void draw_outline(picture *p, const outline *o, float left, float line, float size, const uint8_t colour[3])
@@ -223,5 +225,5 @@ void letters_disc(picture *p, float x, float y, float radius, const uint8_t colo
 {
     for (int j = (int)floorf(y - radius - 1); j <= (int)ceilf(y + radius + 1); j++)
         for (int i = (int)floorf(x - radius - 1); i <= (int)ceilf(x + radius + 1); i++)
-            blend(p, i, j, colour, radius - hypotf((float)i + 0.5f - x, (float)j + 0.5f - y) + 0.5f);
+            blend(p, i, j, colour, radius - length_of((float)i + 0.5f - x, (float)j + 0.5f - y) + 0.5f);
 }

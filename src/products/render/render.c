@@ -88,13 +88,21 @@ static view_area cell_area(const sheet *s, uint32_t panel, uint32_t view)
 
 /* ---- frames */
 
+/* The hypotenuse, whose square need not be a number. */
+static double longer(double a, double b)
+{
+    double most = fmax(fabs(a), fabs(b));
+    if (!(most > 0)) return 0;
+    return most * sqrt((a / most) * (a / most) + (b / most) * (b / most));
+}
+
 static qw_frame frame_of(const double lo[3], const double hi[3])
 {
     qw_frame f = {.scale = 1};
     double half = 0;
     for (int k = 0; k < 3; k++) {
         f.center[k] = 0.5 * lo[k] + 0.5 * hi[k];
-        half = hypot(half, 0.5 * hi[k] - 0.5 * lo[k]);
+        half = longer(half, 0.5 * hi[k] - 0.5 * lo[k]);
     }
     if (half > 0) f.scale = fmin(1 / half, 1e300);
     return f;
@@ -104,7 +112,7 @@ static qw_frame frame_of(const double lo[3], const double hi[3])
 static bool alike(const qw_frame *a, const qw_frame *b)
 {
     double apart = 0;
-    for (int k = 0; k < 3; k++) apart = hypot(apart, a->center[k] * a->scale - b->center[k] * a->scale);
+    for (int k = 0; k < 3; k++) apart = longer(apart, a->center[k] * a->scale - b->center[k] * a->scale);
     return apart < 0.3 && a->scale < 1.4 * b->scale && b->scale < 1.4 * a->scale;
 }
 

@@ -9,6 +9,8 @@
  */
 #include "products/render/view.h"
 
+#include "base/elementary.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -47,8 +49,8 @@ view_camera view_look(double azimuth, double elevation)
 {
     double a = azimuth * 3.14159265358979323846 / 180, e = elevation * 3.14159265358979323846 / 180;
     view_camera c = {.distance = 5, .scale = 1};
-    c.toward = qw_v3((float)(sin(a) * cos(e)), (float)sin(e), (float)(cos(a) * cos(e)));
-    c.right = qw_v3((float)cos(a), 0, (float)-sin(a));
+    c.toward = qw_v3((float)(qw_sin(a) * qw_cos(e)), (float)qw_sin(e), (float)(qw_cos(a) * qw_cos(e)));
+    c.right = qw_v3((float)qw_cos(a), 0, (float)-qw_sin(a));
     c.up = qw_cross(c.toward, c.right);
     return c;
 }
@@ -104,7 +106,7 @@ static void project_faces(void *user, uint32_t block, uint32_t begin, uint32_t e
         for (uint32_t c = face_begin[f]; c < face_begin[f + 1]; c++) {
             raster_point a = v->points[corner[c]], b = v->points[corner[qw_polygon_next(&v->scene->edges, c)]];
             area += 0.5f * (a.x * b.y - a.y * b.x);
-            longest = larger(longest, hypotf(b.x - a.x, b.y - a.y));
+            longest = larger(longest, sqrtf((b.x - a.x) * (b.x - a.x) + (b.y - a.y) * (b.y - a.y)));
         }
         v->fade[f] = fabsf(area) / longest / (float)v->side;
     }
@@ -228,8 +230,8 @@ static void place_probes(view *v)
         for (int k = 0; k < PROBES; k++) {
             float radius = ((float)k + 0.5f) / PROBES,
                   angle = 6.2831853f * ((float)t + 0.5f) / (TILE * TILE) + 2.3999632f * (float)k;
-            v->probes[t][k][0] = radius * cosf(angle);
-            v->probes[t][k][1] = radius * sinf(angle);
+            v->probes[t][k][0] = radius * (float)qw_cos((double)angle);
+            v->probes[t][k][1] = radius * (float)qw_sin((double)angle);
         }
 }
 
@@ -239,7 +241,8 @@ static float hidden_sky(const view *v, uint32_t i, uint32_t j, qw_vec3 p, qw_vec
     float pixels = reach * v->camera.scale * depth / (float)v->side, hidden = 0;
     const float(*probe)[2] = v->probes[i % TILE + TILE * (j % TILE)];
     for (int k = 0; k < PROBES; k++) {
-        int x = (int)i + (int)lrintf(pixels * probe[k][0]), y = (int)j + (int)lrintf(pixels * probe[k][1]);
+        int x = (int)i + (int)qw_floor((double)(pixels * probe[k][0]) + 0.5),
+            y = (int)j + (int)qw_floor((double)(pixels * probe[k][1]) + 0.5);
         if (x < 0 || y < 0 || x >= (int)v->area.width || y >= (int)v->area.height) continue;
         float there = v->depth[(size_t)y * v->area.width + (size_t)x];
         if (there <= 0) continue;
@@ -289,8 +292,8 @@ static void smooth_shadows(void *user, uint32_t block, uint32_t begin, uint32_t 
 
 /* ---- colours */
 
-static float linear_of(uint8_t c) { return powf((float)c / 255.0f, 2.2f); }
-static uint8_t byte_of(float c) { return (uint8_t)lrintf(255.0f * powf(smaller(larger(c, 0), 1), 1 / 2.2f)); }
+static float linear_of(uint8_t c) { return (float)qw_pow((double)c / 255, 2.2); }
+static uint8_t byte_of(float c) { return (uint8_t)(255 * qw_pow((double)smaller(larger(c, 0), 1), 1 / 2.2) + 0.5); }
 static colour mix(colour a, colour b, float t)
 {
     return (colour){a.r + t * (b.r - a.r), a.g + t * (b.g - a.g), a.b + t * (b.b - a.b)};
