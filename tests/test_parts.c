@@ -288,7 +288,7 @@ static void needles_in_few_quads_take_no_more_memory(void **state)
     qw_result *result = remesh(&all, &o);
     const qw_report *r = qw_result_report(result);
     double bytes = (double)r->stages[QW_STAGE_INVERSIONS].peak_bytes / (double)r->working_triangles;
-    if (bytes > 4000) fail_msg("%g bytes a working triangle", bytes);
+    if (bytes > 3100) fail_msg("%g bytes a working triangle", bytes);
     qw_result_destroy(result), shape_free(&all);
 }
 

@@ -305,9 +305,21 @@ static void computes_normals(void **state)
     qw_env_destroy(env);
 }
 
+/* The angle does not depend on how long the sides are, down to where the square of their cross product is below what
+   single precision holds: needles have such corners. */
+static void angles_of_short_sides(void **state)
+{
+    (void)state;
+    for (float length = 1; length > 1e-15f; length *= 0.01f) {
+        qw_vec3 o = qw_v3(0, 0, 0), a = qw_v3(length, 0, 0), b = qw_v3(0, length, 0), c = qw_v3(-length, length, 0);
+        assert_true(fabs(qw_angle_at(o, a, b) - 1.5707963) < 1e-6 && fabs(qw_angle_at(o, a, c) - 2.3561945) < 1e-6);
+    }
+}
+
 QW_TEST_SUITE(trimesh)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(angles_of_short_sides),
         cmocka_unit_test(sorts),
         cmocka_unit_test(sorts_in_order),
         cmocka_unit_test(groups_sides_by_edge),

@@ -52,10 +52,12 @@ static inline qw_vec3 qw_normalize(qw_vec3 a)
 static inline qw_vec3 qw_lerp(qw_vec3 a, qw_vec3 b, float t) { return qw_madd(qw_scale(a, 1.0f - t), t, b); }
 /* a without its part along the unit vector n */
 static inline qw_vec3 qw_reject(qw_vec3 a, qw_vec3 n) { return qw_madd(a, -qw_dot(a, n), n); }
-/* Between two directions of any length, in [0, pi]; and as seen from a point. */
+/* Between two directions of any length, in [0, pi]; and as seen from a point. They get unit length first: the square of
+   a cross product of short edges is below single precision. */
 static inline double qw_angle_between(qw_vec3 a, qw_vec3 b)
 {
-    return qw_atan2(qw_length(qw_cross(a, b)), qw_dot(a, b));
+    qw_vec3 u = qw_normalize(a), v = qw_normalize(b);
+    return qw_atan2(qw_length(qw_cross(u, v)), qw_dot(u, v));
 }
 static inline double qw_angle_at(qw_vec3 at, qw_vec3 a, qw_vec3 b)
 {
