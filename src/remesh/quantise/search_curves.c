@@ -12,8 +12,25 @@
 
 /* Triangles that may be looked at, of all components, to part curves. */
 static const double PARTING_WORK = 4e5;
+/* Sizes that are tried of each component, each smaller than the last by this share, as a row of quads between curves
+   adds quads; fewer where edges times sizes are more than PARTING_EDGES. */
+static const double PARTING_STEP = 0.01;
+enum { PARTING_SIZES = 16, PARTING_EDGES = 12000 };
+
 /* Real offsets close where a triangle's sum is at most this share of the lengths of its sides. */
 static const double GAP = 1e-3;
+
+/* Chooses the integers of trial t at another size and improves them by circuits. Returns whether they are closed. */
+static bool make_at(qw_env *env, const qw_search *s, qw_trial *t, uint32_t p, double scale)
+{
+    qw_search_prepare(s, t, p, 0);
+    t->first = false, t->scale = scale;
+    qw_run_trials(env, s->components, s->most_edges, &t, 1);
+    t->known = true, t->done = false;
+    qw_run_trials(env, s->components, s->most_edges, &t, 1);
+    qw_search_judge(s, t);
+    return !t->open;
+}
 
 static void part_curves(qw_env *env, qw_search *s, uint32_t p, double *work)
 {
@@ -27,16 +44,25 @@ static void part_curves(qw_env *env, qw_search *s, uint32_t p, double *work)
     s->score = qw_search_score(s, &s->sum);
     qw_scope_begin(env);
     qw_real2 *aimed = QW_NEW(env, qw_real2, real->edge_count);
-    qw_trial t = qw_search_copy_kept(env, s, p);
-    qw_trial_aim(real, &t, aimed);
-    t.touching = qw_part_curves(env, component, aimed, t.d, work);
-    qw_search_judge(s, &t);
-    double others = s->sum.area - kept->area;
-    qw_search_total sum = {.area = others + t.area};
-    if (qw_search_miss(s, &sum) > 0 && qw_uses(env, QW_MECH_PARTING_NUDGE))
-        qw_nudge_trial(env, s, &t, others, work), qw_did(env, QW_MECH_PARTING_NUDGE, 1);
-    t.touching = qw_count_touching(env, component, t.d);
-    qw_acted(env, QW_MECH_CURVES_PARTED, 1), qw_kept(env, QW_MECH_CURVES_PARTED, qw_search_take_if_better(s, &t));
+    qw_trial room = qw_search_copy_kept(env, s, p);
+    double scale = kept->scale;
+    int sizes = (int)fmax(1, fmin(PARTING_SIZES, PARTING_EDGES / fmax(s->edges, 1)));
+    for (int i = 0; i < sizes && 0 < *work && (i == 0 || qw_uses(env, QW_MECH_PARTING_SIZES)); i++) {
+        qw_trial t = *kept;
+        t.d = room.d;
+        if (i > 0 && !make_at(env, s, &t, p, scale * (1 - PARTING_STEP * i))) continue;
+        qw_trial_aim(real, &t, aimed);
+        t.touching = qw_part_curves(env, component, aimed, t.d, work);
+        qw_search_judge(s, &t);
+        double others = s->sum.area - kept->area;
+        qw_search_total sum = {.area = others + t.area};
+        if (qw_search_miss(s, &sum) > 0 && qw_uses(env, QW_MECH_PARTING_NUDGE))
+            qw_nudge_trial(env, s, &t, others, work), qw_did(env, QW_MECH_PARTING_NUDGE, 1);
+        t.touching = qw_count_touching(env, component, t.d);
+        qw_mechanism m = i > 0 ? QW_MECH_PARTING_SIZES : QW_MECH_CURVES_PARTED;
+        qw_acted(env, m, 1), qw_kept(env, m, qw_search_take_if_better(s, &t));
+        if (kept->touching == 0 && qw_search_miss(s, &s->sum) <= 0) break;
+    }
     qw_scope_end(env);
 }
 
