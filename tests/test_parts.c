@@ -175,6 +175,33 @@ static void stones_of_a_yard_are_whole(void **state)
 
 /* ---- who gets how many */
 
+/* Of a crowd only what gets next to no quads is made as a box of six: the largest component, one whose share is more,
+   and one with a handle, which no box has, are left to the fields. */
+static void crowds_leave_the_others(void **state)
+{
+    (void)state;
+    enum { SPECKS = 300 };
+    shape all = {0};
+    add_part(&all, shape_sphere(6), 5, -20, 0, 0), add_part(&all, shape_sphere(6), 2, -40, 0, 0);
+    add_part(&all, shape_torus(4), 1, -60, 0, 0);
+    for (int i = 0; i < SPECKS; i++) add_part(&all, shape_cube(1), 0.1, i % 20, i / 20, 0);
+    qw_options o;
+    qw_options_init(&o);
+    o.faces = 6 * SPECKS + 1500;
+    qw_result *result = remesh(&all, &o);
+    qw_mesh_view quads = qw_result_mesh(result);
+    const qw_report *r = qw_result_report(result);
+    int64_t faces[4] = {0}; /* of the crowd, the largest, the next, the torus */
+    for (uint32_t f = 0; f < quads.face_count; f++) {
+        double x = quads.positions[3 * (size_t)quads.corners[4 * (size_t)f]];
+        faces[x > -5 ? 0 : x > -30 ? 1 : x > -50 ? 2 : 3]++;
+    }
+    assert_int_equal(faces[0], 6 * SPECKS);
+    assert_true(faces[1] > 24 && faces[2] > 24 && faces[3] > 24 && faces[1] > faces[2]);
+    assert_true(r->topology.euler == r->euler && r->topology.components == SPECKS + 3);
+    qw_result_destroy(result), shape_free(&all);
+}
+
 static uint32_t faces_above(const qw_mesh_view *m, double height)
 {
     uint32_t count = 0;
@@ -323,6 +350,7 @@ QW_TEST_SUITE(parts)
         cmocka_unit_test(eyes_stay_in_their_place),
         cmocka_unit_test(components_keep_their_numbers),
         cmocka_unit_test(stones_of_a_yard_are_whole),
+        cmocka_unit_test(crowds_leave_the_others),
         cmocka_unit_test(flat_ground_leaves_quads),
         cmocka_unit_test(wires_take_a_quarter_at_most),
         cmocka_unit_test(shares_add_up),
