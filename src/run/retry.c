@@ -326,8 +326,8 @@ static qw_step after_assemble(const qw_history *h)
     const qw_verdict *v = &current(h)->verdict;
     qw_step step = {QW_RETRY_NO_ROOM, QW_NO_ATTEMPT, FIRST_PLAN};
     step.plan.plane = p->plane;
-    if (!v->sides_apart && !v->count_off) return go_on(h->current);
-    if (v->sides_apart && p->room < qw_retry_rows[QW_RETRY_NO_ROOM].most) {
+    if (!v->sides_apart && !v->sides_unlike && !v->count_off) return go_on(h->current);
+    if (v->sides_apart && !v->sides_unlike && p->room < qw_retry_rows[QW_RETRY_NO_ROOM].most) {
         double asked = fmax(h->request.faces_wanted, v->faces); /* there may be more already than were asked for */
         step.plan.room = p->room + 1;
         step.plan.core_faces = asked + ceil(MORE_ROOM * asked) * (1u << p->room);

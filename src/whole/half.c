@@ -123,16 +123,16 @@ static double area_of(const cut *c, uint32_t f, double *above)
 }
 
 /* Reverses heights if the side below the plane has the larger area (EQUAL_AREAS), so that the larger side is kept.
-   Single components stay, on whichever side they are. */
-static void choose_side(cut *c)
+   Single components stay, on whichever side they are; with the other side none does. */
+static void choose_side(cut *c, bool other)
 {
     double all = 0, above = 0, part;
     for (uint32_t f = 0; f < c->mesh->face_count; f++)
         if (!is_single(c, c->mesh->corner[3 * f])) all += area_of(c, f, &part), above += part;
-    bool reverses = above < all * (0.5 - EQUAL_AREAS / 2);
+    bool reverses = (above < all * (0.5 - EQUAL_AREAS / 2)) != other;
     for (uint32_t v = 0; v < c->mesh->vertex_count; v++) {
         if (reverses) c->height[v] = -c->height[v];
-        if (is_single(c, v)) c->height[v] = fabs(c->height[v]);
+        if (is_single(c, v)) c->height[v] = fabs(c->height[v]) * (other ? -1 : 1);
     }
 }
 
@@ -239,7 +239,7 @@ static void count_whole(cut *c)
 }
 
 qw_half qw_cut_half(qw_env *env, const qw_trimesh *mesh, const double *position, const qw_mirror_plane *plane,
-                    const uint8_t *single)
+                    const uint8_t *single, bool other)
 {
     assert(mesh->face_count > 0 && mesh->twin);
     size_t sides = 3 * (size_t)mesh->face_count;
@@ -257,7 +257,7 @@ qw_half qw_cut_half(qw_env *env, const qw_trimesh *mesh, const double *position,
     memset(c.vertex, 0xff, mesh->vertex_count * sizeof *c.vertex);
     memset(c.on_edge, 0xff, sides * sizeof *c.on_edge);
     find_heights(&c);
-    choose_side(&c);
+    choose_side(&c, other);
     lift_contacts(&c);
     for (uint32_t f = 0; f < mesh->face_count; f++) take_face(&c, f);
     take_marks(&c);
@@ -333,18 +333,21 @@ static void link_halves(const reflections *r, const uint8_t *edge, uint32_t *twi
 /* Appends the reflections of the vertices. Returns the reflection of each: itself on the plane and where there is
    none. */
 static uint32_t *reflect_vertices(qw_env *env, const seam *s, const qw_mirror_plane *exact, const uint8_t *single,
-                                  uint32_t *count)
+                                  const double *own, uint32_t *count)
 {
     uint32_t *twin = QW_NEW(env, uint32_t, s->half->vertex_count);
     for (uint32_t v = 0; v < s->half->vertex_count; v++) {
         twin[v] = s->on[v] || (single && single[v]) ? v : (*count)++;
-        if (twin[v] != v) qw_reflect(exact, s->position + 3 * (size_t)v, s->position + 3 * (size_t)twin[v]);
+        if (twin[v] == v) continue;
+        double *to = s->position + 3 * (size_t)twin[v];
+        if (own) memcpy(to, own + 3 * (size_t)v, 3 * sizeof *to);
+        else qw_reflect(exact, s->position + 3 * (size_t)v, to);
     }
     return twin;
 }
 
 qw_mirrored qw_mirror_quads(qw_env *env, const qw_quadmesh *half, const double *position, const qw_mirror_plane *plane,
-                            const uint8_t *sewn, const uint8_t *single)
+                            const uint8_t *sewn, const uint8_t *single, const double *own)
 {
     assert(half->twin);
     uint32_t count = half->vertex_count, faces = half->face_count;
@@ -356,7 +359,7 @@ qw_mirrored qw_mirror_quads(qw_env *env, const qw_quadmesh *half, const double *
     memcpy(m.position, position, 3 * (size_t)count * sizeof *m.position);
     put_seam(&s, plane);
     make_exact(m.position, s.on, count, &exact);
-    uint32_t *twin = reflect_vertices(env, &s, &exact, single, &m.quads.vertex_count);
+    uint32_t *twin = reflect_vertices(env, &s, &exact, single, own, &m.quads.vertex_count);
     reflections r = {half, QW_NEW(env, uint32_t, faces)};
     memcpy(m.quads.corner, half->corner, 4 * (size_t)faces * sizeof *m.quads.corner);
     for (uint32_t f = 0; f < faces; f++) {

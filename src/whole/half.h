@@ -25,12 +25,13 @@ typedef struct qw_half {
     uint64_t *topology;     /* uint64_t[whole.components]: as of qw_list_topologies, of the same */
 } qw_half;
 
-/* The side of the larger area; between equal ones that which the normal points to. mesh: linked, oriented; position:
-   double[vertex_count][3] of its vertices, in the plane's coordinates. single: uint8_t[vertex_count], 1 at the vertices
-   of components off the plane that have no twin on its other side: they belong to the half whichever side they are on,
-   and are not reflected; NULL: none. A half without faces where all lie in the plane. In the current scope. */
+/* The side of the larger area; between equal ones that which the normal points to; `other`: the other of the two,
+   without the components that are not reflected. mesh: linked, oriented; position: double[vertex_count][3] of its
+   vertices, in the plane's coordinates. single: uint8_t[vertex_count], 1 at the vertices of components off the plane
+   that have no twin on its other side: they belong to the half whichever side they are on, and are not reflected; NULL:
+   none. A half without faces where all lie in the plane. In the current scope. */
 qw_half qw_cut_half(qw_env *env, const qw_trimesh *mesh, const double *position, const qw_mirror_plane *plane,
-                    const uint8_t *single);
+                    const uint8_t *single, bool other);
 
 /* Quads of a half together with their reflection. */
 typedef struct qw_mirrored {
@@ -42,9 +43,10 @@ typedef struct qw_mirrored {
 
 /* Sewn together along the half-edges of the boundary that are 1 in sewn, uint8_t[4 half->face_count], whose vertices
    are put on the plane. position: double[half->vertex_count][3]. single: uint8_t[half->vertex_count], 1 at the vertices
-   of components that are not reflected; NULL: all are. In the current scope. */
+   of components that are not reflected; NULL: all are. own: double[half->vertex_count][3], where the reflection of each
+   vertex off the plane lies; NULL: where the plane puts it. In the current scope. */
 qw_mirrored qw_mirror_quads(qw_env *env, const qw_quadmesh *half, const double *position, const qw_mirror_plane *plane,
-                            const uint8_t *sewn, const uint8_t *single);
+                            const uint8_t *sewn, const uint8_t *single, const double *own);
 
 /* After the half's vertices were moved: puts those of the seam on the plane again and, unless the other side follows
    its own surface, the others' reflections where they belong. reflected: the first quad that is a reflection. */

@@ -199,7 +199,8 @@ typedef struct side {
     uint8_t *single_vertex;
 } side;
 
-static side cut_surface(qw_run_state *run, const qw_mirror_plane *plane)
+/* other: as of qw_cut_half. */
+static side cut_surface(const qw_run_state *run, const qw_mirror_plane *plane, bool other)
 {
     qw_env *env = run->env;
     qw_trimesh surface = run->whole.clean.mesh;
@@ -212,7 +213,7 @@ static side cut_surface(qw_run_state *run, const qw_mirror_plane *plane)
     if (s.single) s.single_vertex = QW_NEW_ZERO(env, uint8_t, surface.vertex_count);
     for (uint32_t h = 0; s.single && h < 3 * surface.face_count; h++)
         s.single_vertex[surface.corner[h]] = s.single[run->whole.census.component[h / 3]];
-    s.half = qw_cut_half(env, &surface, position, plane, s.single_vertex);
+    s.half = qw_cut_half(env, &surface, position, plane, s.single_vertex, other);
     qw_free(env, position);
     if (surface.mark != run->whole.clean.mesh.mark) qw_free(env, surface.mark);
     return s;
@@ -355,16 +356,22 @@ static uint8_t *single_of_core(const qw_run_state *run, const side *s)
     return single;
 }
 
-static void take_side(qw_run_state *run, const side *s, const qw_mirror_search *found, uint32_t number)
+/* The half becomes the core, which is cleaned like an input of its own. */
+static void take_half(qw_run_state *run, const qw_half *half)
 {
     qw_env *env = run->env;
-    const qw_half *half = &s->half;
     run->input = input_of(run, half);
     run->clean = qw_clean_surface(env, &run->input, 0, false);
     run->clean_census = qw_trimesh_census_of(env, &run->clean.mesh, run->clean.component, run->clean.components);
     run->area = qw_trimesh_area(&run->clean.mesh);
     run->extent = qw_total_extent(env, &run->clean.mesh, &run->clean_census);
     run->faces_needed = qw_faces_needed(env, &run->clean.mesh, &run->clean_census);
+}
+
+static void take_side(qw_run_state *run, const side *s, const qw_mirror_search *found, uint32_t number)
+{
+    const qw_half *half = &s->half;
+    take_half(run, half);
     run->mirror = (qw_mirror){.is_used = 1, .number = number, .plane = half->plane, .far = found->far};
     run->mirror.components = half->whole.components, run->mirror.boundary_loops = half->whole.boundary_loops;
     run->mirror.euler = half->whole.euler;
@@ -377,6 +384,27 @@ static void take_side(qw_run_state *run, const side *s, const qw_mirror_search *
     run->steering = steering_of(run, &half->plane, sign);
     report_plane(run->report, found, true);
     warn_of_single(run, s->single);
+}
+
+bool qw_take_other_side(qw_run_state *run)
+{
+    const qw_mirror_plane *plane = &run->mirror.plane;
+    qw_census was = run->clean_census;
+    run->input = *run->whole.input, run->clean = run->whole.clean;
+    qw_half half = cut_surface(run, plane, true).half;
+    if (half.face_count == 0) return false;
+    for (uint32_t v = 0; v < half.vertex_count; v++) {
+        double *p = half.position + 3 * (size_t)v, q[3];
+        qw_reflect(plane, p, q);
+        if (!half.on_plane[v]) memcpy(p, q, sizeof q);
+    }
+    for (uint32_t f = 0; f < half.face_count; f++) {
+        uint32_t *c = half.corner + 3 * (size_t)f, second = c[1];
+        c[1] = c[2], c[2] = second;
+    }
+    take_half(run, &half);
+    const qw_census *is = &run->clean_census;
+    return is->components == was.components && is->boundary_loops == was.boundary_loops && is->euler == was.euler;
 }
 
 /* Whether the half sewn to its reflection has components of the same topologies as the whole surface: holes that one
@@ -394,7 +422,7 @@ static bool is_like(const qw_run_state *run, const qw_half *half)
 /* Whether the plane was used. `auto` uses no plane whose sides have another topology. */
 static bool use_plane(qw_run_state *run, const qw_mirror_search *found, uint32_t number)
 {
-    side s = cut_surface(run, &found->plane);
+    side s = cut_surface(run, &found->plane, false);
     if (is_one_sided(run)) qw_fail(run->env, QW_UNSUPPORTED, -1, "%s", ONE_SIDED);
     if (s.half.face_count == 0) qw_fail(run->env, QW_OPTION, -1, "the whole surface lies in the plane of symmetry");
     bool is_other = !is_like(run, &s.half);
@@ -413,6 +441,10 @@ void qw_take_one_side(qw_run_state *run)
         return;
     }
     bool is_near = !is_one_sided(run) && found[0].most <= NEARLY;
+    for (uint32_t i = 0; i < count; i++)
+        fprintf(stderr, "PLANE %u %g %g %g: %g gap %.2e most %.2e far %.2e\n", i, found[i].plane.normal[0],
+                found[i].plane.normal[1], found[i].plane.normal[2], found[i].plane.offset, found[i].gap, found[i].most,
+                found[i].far);
     report_plane(run->report, &found[0], false);
     if (is_one_sided(run)) qw_warn(run, ONE_SIDED);
     else if (!is_near) warn_of_gap(run, found[0].gap);

@@ -15,6 +15,13 @@
    says why, where no plane may be used. Sets what whole/state.h says. Needs the core to be the whole. */
 void qw_take_one_side(qw_run_state *run);
 
+/* Makes the other side of the plane, reflected, the core of a copy of the run: what is on neither side's account
+   (components that are not reflected) left out. False where it is no surface like the core's. */
+bool qw_take_other_side(qw_run_state *run);
+
+/* Whether the quads of the other side lie on its own surface, which is not quite the reflection of the core's. */
+bool qw_sides_differ(const qw_run_state *run);
+
 /* In SIMPLIFY, so that their number is judged with the others, and in ASSEMBLE: the core's quads, those that would meet
    their own reflections split. Their kinds, marks and components are set. *sewn: uint8_t[4 faces of the
    result], 1: half-edges of its boundary that lie in the cut. In the current scope. */
@@ -32,7 +39,9 @@ qw_vec3 qw_reflected_point(const qw_run_state *run, qw_vec3 point);
 double qw_surplus_of_core(const qw_run_state *run, const qw_quadmesh *quads);
 
 /* In ASSEMBLE. Sets run->finished, run->output, run->reflected and run->sides_meet from these quads of the core, where
-   they are sewn, and their positions, double[quads->vertex_count][3] in the coordinates of the input. */
-void qw_reflect_core(qw_run_state *run, const qw_quadmesh *quads, const uint8_t *sewn, const double *position);
+   they are sewn, and their positions, double[quads->vertex_count][3] in the coordinates of the input. own: where the
+   reflections of their vertices lie; NULL: where the plane puts them. */
+void qw_reflect_core(qw_run_state *run, const qw_quadmesh *quads, const uint8_t *sewn, const double *position,
+                     const double *own);
 
 #endif

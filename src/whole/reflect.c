@@ -12,11 +12,9 @@
 #include <stdio.h>
 #include <string.h>
 
-/* A reflected vertex is moved onto its own side of the surface if that is within this many mean edges and no quad's
-   normal turns by more than LEAST_TURN, a cosine. */
-static const double FOLLOWED = 1;
-static const float LEAST_TURN = 0.5f;
-enum { FOLLOW_ROUNDS = 4, SPLIT_ROUNDS = 4 };
+/* Up to so many edges 99.9 % of the surface may lie off its reflection for positions to be reflected exactly. */
+static const double ALIKE = 0.05;
+enum { SPLIT_ROUNDS = 4 };
 
 /* ---- the seam */
 
@@ -158,41 +156,6 @@ double qw_surplus_of_core(const qw_run_state *run, const qw_quadmesh *quads)
 
 /* ---- the whole */
 
-/* Moves each reflected vertex to the nearest point of the surface whose normal agrees. Where that would flip a quad,
-   its vertices stay. first: index of the first reflected vertex; those before it belong to the core. */
-static void follow_own_side(const qw_run_state *run, qw_quadmesh *quads, double *position, uint32_t first, float reach)
-{
-    qw_env *env = run->env;
-    const qw_frame *frame = &run->whole.clean.frame;
-    qw_scope_begin(env);
-    qw_bvh *bvh = qw_bvh_build(env, &run->whole.clean.mesh);
-    qw_vec3 *normal = qw_quadmesh_vertex_normals(env, quads), *before = QW_NEW(env, qw_vec3, quads->vertex_count);
-    memcpy(before, quads->position, quads->vertex_count * sizeof *before);
-    for (uint32_t v = first; v < quads->vertex_count; v++) {
-        qw_break_silence(env);
-        qw_hit hit = qw_bvh_nearest(bvh, before[v], normal[v], QW_SAME_SHEET, reach, QW_NONE);
-        if (hit.face != QW_NONE) quads->position[v] = hit.point;
-    }
-    uint32_t turned = 1;
-    for (int round = 0; round < FOLLOW_ROUNDS && turned > 0; round++) {
-        turned = 0;
-        for (uint32_t f = run->reflected; f < quads->face_count; f++) {
-            const uint32_t *corner = quads->corner + 4 * (size_t)f;
-            qw_vec3 now = qw_normalize(qw_quad_cross(quads->position, corner)),
-                    was = qw_normalize(qw_quad_cross(before, corner));
-            if (qw_dot(now, was) >= LEAST_TURN) continue;
-            for (int i = 0; i < 4; i++) turned++, quads->position[corner[i]] = before[corner[i]];
-        }
-    }
-    for (uint32_t v = first; v < quads->vertex_count; v++) {
-        qw_vec3 p = quads->position[v];
-        const double q[3] = {p.x, p.y, p.z};
-        if (memcmp(&p, &before[v], sizeof p) == 0) continue;
-        for (int k = 0; k < 3; k++) position[3 * (size_t)v + (size_t)k] = frame->center[k] + q[k] / frame->scale;
-    }
-    qw_scope_end(env);
-}
-
 /* Whether the sewn quads are a surface of the topology that the core's surface sewn to its reflection has, and all have
    an area. */
 static bool is_whole(const qw_run_state *run, const qw_quadmesh *quads, const double *position)
@@ -216,7 +179,8 @@ static void warn_of_one_sided_detail(qw_run_state *run)
 {
     double edge = run->rho * qw_whole_scale(run); /* in diagonals, as `far` is */
     char text[sizeof run->report->warnings[0]];
-    if (run->mirror.far <= edge || run->mirror.single) return; /* single components may be all that differs */
+    if (run->mirror.far <= edge || run->mirror.single || qw_sides_differ(run))
+        return; /* single components may be all that differs */
     snprintf(text, sizeof text,
              "the sides of the plane of symmetry differ by %.2g edges and more in places: what only one side has is "
              "gone, or on both",
@@ -259,16 +223,21 @@ static void carry_marks(const qw_run_state *run, qw_mirrored *m, const qw_quadme
     qw_free(env, curves), qw_free(env, on);
 }
 
-void qw_reflect_core(qw_run_state *run, const qw_quadmesh *quads, const uint8_t *sewn, const double *position)
+bool qw_sides_differ(const qw_run_state *run)
+{
+    double edge = run->rho * qw_whole_scale(run); /* in diagonals, as `far` is */
+    bool is_auto = run->options.symmetry == QW_SYMMETRY_AUTO;
+    return run->mirror.is_used && (run->options.symmetry_follow || (is_auto && run->mirror.far > ALIKE * edge));
+}
+
+void qw_reflect_core(qw_run_state *run, const qw_quadmesh *quads, const uint8_t *sewn, const double *position,
+                     const double *own)
 {
     qw_env *env = run->env;
-    qw_mirrored m = qw_mirror_quads(env, quads, position, &run->mirror.plane, sewn, find_single(run, quads));
+    qw_mirrored m = qw_mirror_quads(env, quads, position, &run->mirror.plane, sewn, find_single(run, quads), own);
     run->reflected = quads->face_count;
     warn_of_one_sided_detail(run);
     place_in_frame(run, &m.quads, m.position);
-    if (run->options.symmetry_follow)
-        follow_own_side(run, &m.quads, m.position, quads->vertex_count,
-                        (float)(FOLLOWED * run->rho * qw_whole_scale(run)));
     run->sides_meet = run->sides_meet && is_whole(run, &m.quads, m.position);
     carry_marks(run, &m, quads);
     run->finished = m.quads, run->output = m.position, run->source = m.source;

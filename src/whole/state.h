@@ -138,11 +138,12 @@ typedef struct qw_run_state {
     uint32_t sides_meet; /* flag: without symmetry 1; else: the quads have the topology of the core, and sewn to their
                             reflection that of the whole. ASSEMBLE may take it back */
     /* ASSEMBLE: in the frame of the whole */
-    qw_quadmesh finished; /* the quads of the core, those of small components, the reflections of both */
-    uint32_t reflected;   /* the first quad that is a reflection: finished.face_count where there is none */
-    uint32_t *source;     /* uint32_t[finished.face_count]: the quad that each is or is the reflection of; NULL without
-                             symmetry */
-    double *output;       /* double[finished.vertex_count][3], in the coordinates of the input */
+    uint32_t sides_unlike; /* flag: the other side's surface is not one that the core's quads suit */
+    qw_quadmesh finished;  /* the quads of the core, those of small components, the reflections of both */
+    uint32_t reflected;    /* the first quad that is a reflection: finished.face_count where there is none */
+    uint32_t *source;      /* uint32_t[finished.face_count]: the quad that each is or is the reflection of; NULL without
+                              symmetry */
+    double *output;        /* double[finished.vertex_count][3], in the coordinates of the input */
     uint32_t *rim; /* uint32_t[finished.vertex_count]: the vertex of the input that one of a rim that was kept is,
                       or QW_NONE; NULL where no rim was to be kept */
     /* What was split: its vertices come first in `finished`, and the quads of its quad f are 4^K f ... there, if it was

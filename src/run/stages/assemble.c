@@ -14,6 +14,7 @@
 #include "base/elementary.h"
 #include "run/stages/coverage.h"
 #include "run/stages/designed.h"
+#include "run/stages/other_side.h"
 #include "run/stages/split_levels.h"
 
 #include <stdio.h>
@@ -26,12 +27,16 @@ static const char OTHER_COUNT[] =
 static void join_core(qw_run_state *run, const qw_quadmesh *core, uint32_t *flat)
 {
     run->finished = qw_join_small(run, core);
+    run->sides_unlike = 0;
     run->reflected = run->finished.face_count;
     if (run->mirror.is_used) {
         const uint8_t *sewn;
         qw_quadmesh quads = qw_split_at_cut(run, &run->finished, &sewn);
-        const double *position = qw_output_positions(run, &run->clean, &quads, flat);
-        qw_reflect_core(run, &quads, sewn, position);
+        const double *position = qw_output_positions(run, &run->clean, &quads, flat), *own = NULL;
+        bool suits = true;
+        if (qw_sides_differ(run)) own = qw_place_other_side(run, &quads, sewn, &suits);
+        run->sides_unlike = !suits;
+        qw_reflect_core(run, &quads, sewn, position, own);
     }
 }
 

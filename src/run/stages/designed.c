@@ -7,6 +7,7 @@
 #include "products/exact/exact.h"
 #include "base/elementary.h"
 #include "whole/half.h"
+#include "whole/mirror.h"
 
 #include <assert.h>
 #include <math.h>
@@ -76,7 +77,7 @@ static void reflect(qw_run_state *run)
 {
     qw_quadmesh *q = &run->finished;
     const qw_mirrored m = {*q, run->output, run->source};
-    qw_reflect_again(run->env, &m, run->reflected, &run->mirror.plane, run->options.symmetry_follow != 0);
+    qw_reflect_again(run->env, &m, run->reflected, &run->mirror.plane, qw_sides_differ(run));
     for (uint32_t v = 0; v < q->vertex_count; v++) {
         double p[3];
         to_frame(&run->whole.clean.frame, run->output + 3 * (size_t)v, p);

@@ -59,9 +59,7 @@ static void fit_to_surface(finishing *f)
 {
     const qw_run_state *run = f->run;
     const qw_frame *frame = &run->clean.frame;
-    /* vertices of the other side are moved onto its surface afterwards */
-    bool each_follows = run->mirror.is_used && run->options.symmetry_follow;
-    if (run->options.fit == 0 || f->quads.face_count == 0 || each_follows) return;
+    if (run->options.fit == 0 || f->quads.face_count == 0) return;
     if (run->options.fit_to == QW_FIT_TO_LIMIT) return; /* from where they are now: run/stages/split_levels.h */
     double cut[4] = {0};
     for (int k = 0; run->input.cut && k < 3; k++) {

@@ -122,7 +122,7 @@ static double *write_positions(leveling *l)
         if (l->stays[v]) memcpy(output + 3 * (size_t)v, run->output + 3 * (size_t)v, 3 * sizeof *output);
     if (run->mirror.is_used) {
         const qw_mirrored m = {l->quads, output, l->source};
-        qw_reflect_again(run->env, &m, l->reflected, &run->mirror.plane, run->options.symmetry_follow != 0);
+        qw_reflect_again(run->env, &m, l->reflected, &run->mirror.plane, qw_sides_differ(run));
         for (uint32_t v = 0; v < l->quads.vertex_count; v++) {
             double p[3];
             for (int k = 0; k < 3; k++) p[k] = (output[3 * (size_t)v + (size_t)k] - frame->center[k]) * frame->scale;
@@ -336,7 +336,7 @@ static void split_once(leveling *l)
 static void fit_quads(leveling *l)
 {
     const qw_run_state *run = l->run;
-    if (run->options.fit == 0 || (run->mirror.is_used && run->options.symmetry_follow)) return;
+    if (run->options.fit == 0 || qw_sides_differ(run)) return;
     const qw_fit fit = {.tree = l->shape.tree, .strength = (float)run->options.fit};
     qw_fit_quads(run->env, &l->quads, &fit);
 }

@@ -14,6 +14,10 @@
 /* Whether the integers come from closed offsets, which need no position field. */
 static inline bool qw_is_closed_flow(const qw_options *options) { return options->flow == QW_FLOW_CLOSED; }
 
+/* In SURFACE, and for the other side of a plane of symmetry: sets run->surface, its census and its tree, for the quads
+   of run->surface_faces, from the core. */
+void qw_prepare_surface(qw_run_state *run);
+
 /* What HIERARCHY leaves, for a stage that finds none: whole/state.h. In the current scope. */
 qw_hierarchy *qw_build_hierarchy(const qw_run_state *run);
 

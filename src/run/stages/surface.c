@@ -254,6 +254,11 @@ void qw_stage_SURFACE(qw_run_state *run)
     qw_require_few_faces(run);
     run->surface_faces = qw_surface_faces(run, &run->options);
     qw_set_core(run);
+    qw_prepare_surface(run);
+}
+
+void qw_prepare_surface(qw_run_state *run)
+{
     run->surface = run->core.mesh;
     run->surface_census = run->core.census;
     double rho = qw_edge_wanted(run, qw_faces_without_small(run, run->surface_faces));
