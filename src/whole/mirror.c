@@ -441,10 +441,6 @@ void qw_take_one_side(qw_run_state *run)
         return;
     }
     bool is_near = !is_one_sided(run) && found[0].most <= NEARLY;
-    for (uint32_t i = 0; i < count; i++)
-        fprintf(stderr, "PLANE %u %g %g %g: %g gap %.2e most %.2e far %.2e\n", i, found[i].plane.normal[0],
-                found[i].plane.normal[1], found[i].plane.normal[2], found[i].plane.offset, found[i].gap, found[i].most,
-                found[i].far);
     report_plane(run->report, &found[0], false);
     if (is_one_sided(run)) qw_warn(run, ONE_SIDED);
     else if (!is_near) warn_of_gap(run, found[0].gap);
