@@ -31,21 +31,21 @@ static char *beside(const mtl *m, const char *name)
 }
 
 /* A file, or at NULL where it cannot be read. */
-typedef struct attempt {
+typedef struct reading {
     qw_env *env;
     const char *path;
     qw_bytes bytes;
-} attempt;
+} reading;
 
 static void read_file(void *user)
 {
-    attempt *a = user;
+    reading *a = user;
     a->bytes = qw_file_read_regular(a->env, a->path, a->path, UINT32_MAX, false);
 }
 
 static qw_bytes read_or_warn(qw_env *env, const char *path)
 {
-    attempt a = {.env = env, .path = path};
+    reading a = {.env = env, .path = path};
     if (qw_protect(env, read_file, &a) == QW_OK) return a.bytes;
     qw_log(env, QW_LOG_WARNING, "%s", qw_env_message(env));
     return (qw_bytes){NULL, 0};

@@ -378,7 +378,7 @@ static void validate_regular(qw_context_state *c)
     require_same_mesh(c, &run->regular, &run->offsets);
     REQUIRE(c,
             run->irregular == qw_offset_count(&run->regular).irregular_triangles &&
-                run->stiffening_changes_nothing <= 1 && run->is_crowded <= 2,
+                run->stiffening_changes_nothing <= 1 && run->lacks_room <= 2,
             "the irregular triangles are not counted");
 }
 

@@ -30,7 +30,7 @@ static bool can_refine_around(const qw_run_state *run, const qw_sites *places)
     const qw_trimesh *s = &run->surface;
     uint32_t room = QW_MAX_REFINEMENTS - run->plan.refinements;
     for (uint32_t i = 0; i < places->count && i < room; i++) {
-        qw_break_silence(run->env);
+        qw_heartbeat(run->env);
         for (uint32_t v = 0; v < s->vertex_count; v++)
             if (qw_distance(s->position[v], places->point[i]) < (float)QW_REFINED_RADIUS * places->size[i] &&
                 !is_refined(run, s->position[v]))
@@ -163,7 +163,7 @@ void qw_judge(const qw_run_state *run, qw_stage finished, qw_rounds *rounds, qw_
     case QW_STAGE_INVERSIONS:
         j->verdict.inverted = run->inverted + run->irregular;
         j->verdict.stiffening_changes_nothing = run->stiffening_changes_nothing;
-        j->verdict.is_crowded = run->is_crowded;
+        j->verdict.lacks_room = run->lacks_room;
         break;
     case QW_STAGE_REPAIR:
         if (run->options.repair) judge_topology(run, j);

@@ -141,7 +141,7 @@ static void square(qw_env *env, squaring *s, const uint8_t *mobility, const uint
     bool any = true;
     for (int sweep = 0; sweep < SWEEPS && any; sweep++) {
         any = qw_search_all(&search, list, count);
-        qw_break_silence(env);
+        qw_heartbeat(env);
     }
     qw_free(env, awake), qw_free(env, list);
 }

@@ -108,7 +108,7 @@ void qw_engrave_guides(qw_run_state *run)
 
 /* ---- directions */
 
-void qw_add_guide_wishes(const qw_run_state *run, qw_vec3 *wish)
+void qw_add_guide_directions(const qw_run_state *run, qw_vec3 *asked)
 {
     qw_env *env = run->env;
     const qw_steering *s = &run->steering;
@@ -129,7 +129,7 @@ void qw_add_guide_wishes(const qw_run_state *run, qw_vec3 *wish)
         qw_vec3 along = qw_normalize(qw_sub(to[hit.segment], from[hit.segment])),
                 flat = qw_reject(along, run->normal[v]);
         if (qw_length2(flat) < 0.5f) continue; /* it stands on the surface here: it is another sheet's */
-        wish[v] = qw_scale(qw_normalize(flat), fminf(2 * (1 - sqrtf(hit.distance2) / reach), 1));
+        asked[v] = qw_scale(qw_normalize(flat), fminf(2 * (1 - sqrtf(hit.distance2) / reach), 1));
     }
     qw_scope_end(env);
 }

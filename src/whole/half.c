@@ -99,7 +99,7 @@ static void lift_contacts(cut *c)
             if (contact[v] && (c->height[v] == 0 || c->height[v] > SNAPPED * length))
                 c->height[v] = SNAPPED * length, any = true;
         }
-        qw_break_silence(c->env);
+        qw_heartbeat(c->env);
     }
     qw_free(c->env, outgoing), qw_free(c->env, contact);
 }

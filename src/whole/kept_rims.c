@@ -151,7 +151,7 @@ void qw_clean_inside(qw_run_state *run)
     while (!is_recut(run) &&
            leave_out_odd(run) > 0) { /* which may leave several components of one; each time there are fewer faces */
         clean_once(run);
-        qw_break_silence(run->env);
+        qw_heartbeat(run->env);
     }
     run->report->kept_faces = 0;
     for (uint32_t f = 0; run->whole.left_out && f < run->whole.input->face_count; f++)

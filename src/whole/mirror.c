@@ -144,7 +144,7 @@ static void count_found(twins *t)
     for (uint32_t h = 0; h < 3 * off.face_count; h++) {
         uint32_t c = component[face[h / 3]];
         double p[3];
-        qw_break_silence(t->run->env);
+        qw_heartbeat(t->run->env);
         qw_reflect(t->plane, t->position + 3 * (size_t)off.corner[h], p);
         float reach = (float)fmin(NEARLY, TWIN * t->extent[c]);
         qw_hit hit = qw_bvh_nearest(tree, in_frame(&t->run->whole.clean.frame, p), qw_v3(0, 0, 0), -1, reach, QW_NONE);

@@ -9,7 +9,7 @@
 #include <string.h>
 
 /* Attempts; in the last all arcs keep their vertices whose polygons were not sound. */
-enum { ATTEMPTS = 6, LEAST_LOOP = 4 };
+enum { CUTS = 6, LEAST_LOOP = 4 };
 /* In new edges, on either side of a vertex, a corner turns as it does at the vertex. */
 static const double CORNER_SPAN = 0.7;
 /* A new vertex this near to an old one, in spacings, is that. */
@@ -41,7 +41,7 @@ typedef struct cutting {
     uint32_t *arc_of;           /* uint32_t[rim vertices]: the arc that this edge is of */
     arc *arcs;
     uint32_t arc_count;
-    /* of an attempt */
+    /* of a cut */
     uint32_t *to; /* uint32_t[rim vertices]: the vertex in cut.vertex that each becomes */
     qw_recut cut;
     size_t vertex_room, along_room, made_room, corner_room, origin_room, begin_room, source_room;
@@ -499,12 +499,12 @@ qw_recut qw_recut_rims(qw_env *env, const qw_clean_input *input, const uint8_t *
     c.cut.face_begin[0] = 0;
     for (uint32_t l = 0; l < rims->count; l++) part_loop(&c, l);
     lengthen_loops(&c);
-    for (int attempt = 1; !cut_once(&c) && attempt <= ATTEMPTS; attempt++)
+    for (int cut = 1; !cut_once(&c) && cut <= CUTS; cut++)
         for (uint32_t i = 0; i < c.arc_count; i++) {
             arc *a = &c.arcs[i];
             if (!a->bad) continue;
             a->wanted *= 2;
-            a->keeps |= a->wanted >= a->edges || attempt + 1 == ATTEMPTS;
+            a->keeps |= a->wanted >= a->edges || cut + 1 == CUTS;
         }
     return c.cut;
 }

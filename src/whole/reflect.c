@@ -169,7 +169,7 @@ static void follow_own_side(const qw_run_state *run, qw_quadmesh *quads, double 
     qw_vec3 *normal = qw_quadmesh_vertex_normals(env, quads), *before = QW_NEW(env, qw_vec3, quads->vertex_count);
     memcpy(before, quads->position, quads->vertex_count * sizeof *before);
     for (uint32_t v = first; v < quads->vertex_count; v++) {
-        qw_break_silence(env);
+        qw_heartbeat(env);
         qw_hit hit = qw_bvh_nearest(bvh, before[v], normal[v], QW_SAME_SHEET, reach, QW_NONE);
         if (hit.face != QW_NONE) quads->position[v] = hit.point;
     }

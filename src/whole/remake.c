@@ -56,7 +56,7 @@ static bool find_flipped(remaking *m)
     for (uint32_t f = 0; f < q->face_count; f++) {
         uint32_t c = q->component[q->corner[4 * f]];
         if (m->count[c] > MOST_QUADS) continue;
-        if (f % MOST_QUADS == 0) qw_break_silence(m->run->env);
+        if (f % MOST_QUADS == 0) qw_heartbeat(m->run->env);
         if (!judge.tree) judge.tree = qw_bvh_build(m->run->env, surface);
         qw_flip flip = qw_flip_of_quad(&judge, q->position, q->corner + 4 * (size_t)f);
         m->faults[c] += flip == QW_FLIPPED, m->doubts[c] += flip == QW_DOUBTFUL;

@@ -228,7 +228,7 @@ static void find_places(holding *w)
             qw_hit hit = nearest_face(w, v, q->position[v], &hint);
             if (hit.face != QW_NONE) w->of[v][0] = w->exact->found->of_face[hit.face];
         }
-        qw_break_silence(w->env);
+        qw_heartbeat(w->env);
     }
 }
 
@@ -399,7 +399,7 @@ static void find_tangent_rows(void *user)
         seen[v] = 1;
         if (is_closed) put_row(w, row, ahead);
         else if (behind > 0) put_row(w, row, ahead + 1 + behind);
-        qw_break_silence(w->env);
+        qw_heartbeat(w->env);
     }
     qw_free(w->env, seen), qw_free(w->env, row);
 }

@@ -212,10 +212,10 @@ static void make_sheets(qw_env *env, qw_sheets *s, qw_edges *edges, double least
                         qw_clean_counts *counts)
 {
     assert(least_share >= 0 && least_share <= 1);
-    uint32_t crowded;
-    counts->dropped_duplicate = qw_pair_sides(env, s, edges, &crowded);
+    uint32_t nonmanifold;
+    counts->dropped_duplicate = qw_pair_sides(env, s, edges, &nonmanifold);
     qw_edges_free(env, edges);
-    counts->split_edges = crowded;
+    counts->split_edges = nonmanifold;
     qw_progress(env, 0.7);
     qw_oriented oriented = qw_orient_sheets(env, s, outward);
     counts->flipped_triangles = oriented.triangles, counts->flipped_alone = oriented.alone;
@@ -224,7 +224,7 @@ static void make_sheets(qw_env *env, qw_sheets *s, qw_edges *edges, double least
     counts->split_vertices = qw_split_fans(env, s);
     counts->dropped_isolated = named + counts->split_vertices - s->vertex_count - counts->welded_vertices;
     if (least_share > 0) counts->dropped_components = qw_drop_small_components(env, s, least_share);
-    uint32_t separated = crowded + oriented.seams > 0 && qw_uses(env, QW_MECH_PARALLEL_EDGES)
+    uint32_t separated = nonmanifold + oriented.seams > 0 && qw_uses(env, QW_MECH_PARALLEL_EDGES)
                              ? qw_split_parallel_edges(env, s)
                              : 0;
     qw_did(env, QW_MECH_PARALLEL_EDGES, separated);

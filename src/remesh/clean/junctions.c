@@ -189,7 +189,7 @@ static bool ask_all(sewing *w)
     uint8_t *has_asked = QW_NEW_ZERO(w->env, uint8_t, w->sheets->vertex_count);
     for (uint32_t i = 0; i < w->edges; i++) {
         const uint32_t ends[2] = {w->edge[i].from, w->edge[i].to};
-        qw_break_silence(w->env);
+        qw_heartbeat(w->env);
         for (int k = 0; k < 2; k++) {
             if (!has_asked[ends[k]]) ask_edges(w, ends[k]);
             has_asked[ends[k]] = 1;
@@ -268,7 +268,7 @@ static void split_faces(const sewing *w, const uint32_t *at, pieces *p)
 }
 
 /* Takes back the splits of edges of which no part is closed now, or one has more than two sides. Returns whether there
-   are any. closed: uint8_t[edges]: 1 yes, 2 crowded. */
+   are any. closed: uint8_t[edges]: 1 yes, 2 nonmanifold. */
 static bool take_back(sewing *w, const pieces *p, uint8_t *closed)
 {
     qw_edges edges = qw_edges_build(w->env, 3, p->corner, p->count, w->sheets->vertex_count);

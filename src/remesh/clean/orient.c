@@ -1,7 +1,7 @@
 /* Orientation: neighbours alike by a flood, then each component as a whole.
  *
  * The flood turns a face over when its neighbour asks for it. Where two parts of the front meet with contradicting
- * wishes the component is one-sided, and the edge is cut. The flood takes all faces that agree in the file before it
+ * wants the component is one-sided, and the edge is cut. The flood takes all faces that agree in the file before it
  * crosses to those that do not, so that the cuts form a seam where the file disagrees with itself, and short because
  * the front is breadth first. A closed component is turned outward by the sign of its volume, but a cavity keeps what
  * the file says: one whose faces agreed from the start and that lies in the material of the other closed ones (a ray
@@ -54,12 +54,12 @@ static void cross(qw_sheets *s, pieces *p, uint32_t h, front *q, uint32_t *seams
     assert(h < 3 * s->face_count);
     uint32_t t = s->twin[h];
     if (t == QW_NONE) return;
-    uint8_t wish = p->turned[h / 3] ^ same_direction(s, h, t);
+    uint8_t wanted = p->turned[h / 3] ^ same_direction(s, h, t);
     if (p->of[t / 3] == QW_NONE) {
         p->of[t / 3] = p->of[h / 3];
-        p->turned[t / 3] = wish;
+        p->turned[t / 3] = wanted;
         q->now[q->now_count++] = t / 3;
-    } else if (p->turned[t / 3] != wish) {
+    } else if (p->turned[t / 3] != wanted) {
         s->twin[h] = s->twin[t] = QW_NONE;
         ++*seams;
     }

@@ -55,7 +55,7 @@ static uint32_t largest_edge(const qw_edges *edges, uint32_t vertex_count)
     return largest;
 }
 
-/* An edge with more faces than this is no surface that anyone meant; its sides are paired in the order of the file, so
+/* An edge with more faces than this is no surface that anyone built; its sides are paired in the order of the file, so
    that the work stays linear. */
 enum { MOST_BY_ANGLE = 32 };
 
@@ -202,14 +202,14 @@ static bool pair_all_plainly(qw_env *env, qw_sheets *s, const qw_edges *edges)
     return strange == 0;
 }
 
-uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_t *crowded)
+uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_t *nonmanifold)
 {
-    assert(edges->side && crowded);
+    assert(edges->side && nonmanifold);
     size_t half_edges = 3 * (size_t)s->face_count;
     s->twin = QW_NEW(env, uint32_t, half_edges);
     memset(s->twin, 0xff, half_edges * sizeof(uint32_t));
     s->kind = QW_NEW_ZERO(env, uint8_t, s->face_count);
-    *crowded = 0;
+    *nonmanifold = 0;
     if (pair_all_plainly(env, s, edges)) return 0;
     memset(s->twin, 0xff, half_edges * sizeof(uint32_t));
     qw_scope_begin(env);
@@ -222,7 +222,7 @@ uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_
             for (uint32_t j = i; j < end; j++)
                 if (s->kind[qw_side_half(edges->side[j]) / 3] != QW_FACE_DROPPED)
                     half[count++] = qw_side_half(edges->side[j]);
-            *crowded += pair_edge(s, v, qw_side_upper(edges->side[i]), half, count);
+            *nonmanifold += pair_edge(s, v, qw_side_upper(edges->side[i]), half, count);
         }
     if (dropped) compact_faces(s, QW_NEW(env, uint32_t, s->face_count));
     qw_scope_end(env);

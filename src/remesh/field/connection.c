@@ -227,7 +227,7 @@ static float *coarsen(qw_env *env, const qw_connection_level *fine, qw_connectio
 }
 
 qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy, const float *turn, qw_vec3 *direction,
-                                  float follow, const qw_vec3 *wish)
+                                  float follow, const qw_vec3 *asked)
 {
     assert(hierarchy->level_count > 0 && hierarchy->level_count <= QW_MAX_LEVELS);
     qw_connection c = {.level_count = hierarchy->level_count};
@@ -238,7 +238,7 @@ qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy, co
     qw_parallel(env, n, QW_GRAIN, axes_block, &b);
     qw_parallel(env, n, QW_GRAIN, links_block, &b);
     if (direction && follow > 0) qw_pull_along(env, &c.level[0], c.axis, direction, follow, b.pulled);
-    if (wish) qw_pull_to_wishes(env, &c.level[0], c.axis, wish, b.pulled);
+    if (asked) qw_pull_to_asked(env, &c.level[0], c.axis, asked, b.pulled);
     double pulled = 0;
     for (uint32_t v = 0; v < n; v++) pulled += b.pulled[v];
     qw_free(env, b.pulled);

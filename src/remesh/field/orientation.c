@@ -361,13 +361,13 @@ static qw_phasor *best_start(qw_env *env, const qw_connection *connection, const
 }
 
 qw_vec3 *qw_orientation_field(qw_env *env, const qw_hierarchy *hierarchy, const float *turn, qw_vec3 *direction,
-                              float follow, const qw_vec3 *wish, uint64_t seed)
+                              float follow, const qw_vec3 *asked, uint64_t seed)
 {
     assert(hierarchy->level_count > 0 && follow >= 0 && follow <= 1);
     const qw_level *finest = &hierarchy->level[0];
     qw_vec3 *o = QW_NEW(env, qw_vec3, finest->vertex_count);
     qw_scope_begin(env);
-    qw_connection connection = qw_connection_build(env, hierarchy, turn, direction, follow, wish);
+    qw_connection connection = qw_connection_build(env, hierarchy, turn, direction, follow, asked);
     uint32_t l = 0;
     while (l + 1 < hierarchy->level_count && hierarchy->level[l].vertex_count > START_VERTICES) l++;
     orientation_state s = {.c = &connection.level[l], .axis = connection.axis, .o = o};

@@ -426,15 +426,15 @@ static bool improve(simplifier *s, uint32_t v, qw_simplify_counts *counts)
 
 /* ---- chains: rotations that carry an irregular pair along without gain until it meets another and there is one */
 
-typedef struct search {
+typedef struct chain_search {
     size_t writes; /* of the journal, before the chain */
     chain c;
     uint32_t changed[6 * DEPTH], count;
     int trials; /* left */
-} search;
+} chain_search;
 
 /* Goes on from v with one rotation more, and calls itself for the next; no deeper than DEPTH. */
-static bool extend(simplifier *s, search *x, uint32_t v)
+static bool extend(simplifier *s, chain_search *x, uint32_t v)
 {
     qw_quad_move list[QW_MOVES_AT];
     uint32_t n = qw_quad_moves_at(&s->e, v, list), count;
@@ -477,7 +477,7 @@ static bool has_company(const simplifier *s, uint32_t v)
 
 static bool improve_by_chain(simplifier *s, uint32_t v, qw_simplify_counts *counts)
 {
-    search x = {.writes = s->e.writes, .trials = MAX_TRIALS};
+    chain_search x = {.writes = s->e.writes, .trials = MAX_TRIALS};
     if (s->trials <= 0 || !has_company(s, v) || !qw_uses(s->e.env, QW_MECH_CHAINS)) return false;
     bool found = extend(s, &x, v);
     s->trials -= MAX_TRIALS - x.trials;
@@ -511,7 +511,7 @@ static void simplify(simplifier *s, qw_simplify_counts *counts)
         for (uint32_t v = 0; v < s->e.mesh.vertex_count && !any; v++) {
             if (!worth_a_try(s, v, CHAINS)) continue;
             any |= improve_by_chain(s, v, counts);
-            qw_break_silence(s->e.env);
+            qw_heartbeat(s->e.env);
         }
     }
 }

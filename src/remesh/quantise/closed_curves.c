@@ -154,7 +154,7 @@ static bool take_step(qw_env *env, evening *e, qw_complex *c, double *work)
             uint32_t edge = e->curves.edge[k], v = 2 * edge + (e->fixed[edge] == QW_FIXED_X);
             if (*work <= 0 || e->fixed[edge] == (QW_FIXED_X | QW_FIXED_Y)) continue;
             *work -= 4 * c->face_count;
-            qw_break_silence(env);
+            qw_heartbeat(env);
             try_step(env, e, c, i, v, 1), try_step(env, e, c, i, v, -1);
         }
     if (e->best_cost == INFINITY) return false;

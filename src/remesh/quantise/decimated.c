@@ -435,7 +435,7 @@ static void remove_vertices(qw_env *env, collapse *c)
         for (uint32_t i = 0; i < count; i++) {
             bool again = pass > 0 || !tried[left[i]];
             if (!again || !remove_vertex(env, c, left[i], length, quality, most)) left[kept++] = left[i];
-            if (i % SCAN == 0) qw_break_silence(env);
+            if (i % SCAN == 0) qw_heartbeat(env);
         }
         count = kept;
         flip_edges(env, c);

@@ -347,7 +347,7 @@ uint32_t qw_part_curves(qw_env *env, const qw_component *component, const qw_rea
     while (q.touching > 0 && *work > 0) {
         uint32_t name = next_place(env, &q);
         if (name == QW_NONE) break;
-        qw_break_silence(env);
+        qw_heartbeat(env);
         *work -= (double)(q.step_count + 1) * c->face_count;
         q.failed[name] = !part_place(env, &q);
     }

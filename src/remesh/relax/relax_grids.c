@@ -3,7 +3,7 @@
 #include <assert.h>
 #include <string.h>
 
-/* DENSE: patches whose system is solved as it is. */
+/* DENSE: clusters whose system is solved as it is. */
 enum { MOST_GRIDS = 12, DENSE = 48 };
 
 /* A mark on groups that are joined later. */

@@ -160,7 +160,7 @@ double *qw_component_bends(qw_env *env, const qw_trimesh *m, const qw_census *ce
     }
     gather(m, at);
     for (int round = 0; round < SPREADS; round++) {
-        qw_break_silence(env);
+        qw_heartbeat(env);
         spread(m, degree, at, next);
         tensor *swap = at;
         at = next, next = swap;

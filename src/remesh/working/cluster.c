@@ -125,7 +125,7 @@ static void group(clustering *c)
     qw_parallel(c->env, c->opened_count, QW_GRAIN_LIGHT, find_cells, c);
     for (uint32_t i = 0; i < c->touched_count; i++) {
         const uint32_t *corner = c->input->corner + 3 * (size_t)touched_at(c, i);
-        if (i % QW_GRAIN_LIGHT == 0) qw_break_silence(c->env);
+        if (i % QW_GRAIN_LIGHT == 0) qw_heartbeat(c->env);
         join(c, corner[0], corner[1]), join(c, corner[1], corner[2]), join(c, corner[2], corner[0]);
     }
     c->first = c->count;

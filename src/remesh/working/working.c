@@ -25,7 +25,7 @@
 
 /* Slivers are merged where cutting each by itself would make this many times the faces that are needed: ordinary
    surfaces are below 2, fans of some hundred slivers above 10. */
-#define CROWDED 4
+#define MUCH_CUT 4
 
 /* An edge still shorter than this after coarsening could not be collapsed; see grade_targets. In target lengths. */
 #define STUCK       0.35f
@@ -276,21 +276,21 @@ static void merge_slivers(qw_reshape *r, qw_pass p)
     float longest = sqrtf(longest_of_all2(e));
     for (float below = COARSER * SHORT; below < longest; below *= COARSER) {
         face_need need = count_needed(e);
-        if (!(need.cut > CROWDED * need.needed)) break;
+        if (!(need.cut > MUCH_CUT * need.needed)) break;
         qw_collapse_pass(r, below, LONG * below / SHORT, p);
     }
     if (e->live_faces < e->face_count) qw_edit_pack(e);
 }
 
 /* Grades targets, but not where needles, whose short edges are no thin parts, would make a crowd of that. */
-static void grade_unless_crowded(qw_edit *e)
+static void grade_unless_cut(qw_edit *e)
 {
     double before = count_needed(e).cut;
     float *target = QW_NEW(e->env, float, e->vertex_count);
     for (uint32_t v = 0; v < e->vertex_count; v++) target[v] = e->vertex[v].target;
     grade_targets(e);
-    bool crowded = count_needed(e).cut > CROWDED * fmax(before, LEAST_CONDENSED);
-    for (uint32_t v = 0; crowded && v < e->vertex_count; v++) e->vertex[v].target = target[v];
+    bool much_cut = count_needed(e).cut > MUCH_CUT * fmax(before, LEAST_CONDENSED);
+    for (uint32_t v = 0; much_cut && v < e->vertex_count; v++) e->vertex[v].target = target[v];
     qw_free(e->env, target);
 }
 
@@ -307,7 +307,7 @@ static void cut_curves(qw_reshape *r, qw_pass p)
 {
     const qw_edit *e = &r->edit;
     face_need need = count_needed(e);
-    if (!(need.cut > CROWDED * need.needed)) return;
+    if (!(need.cut > MUCH_CUT * need.needed)) return;
     float above = fmaxf(0.5f * sqrtf(longest_of_all2(e)), LONG);
     for (uint32_t pass = 0; pass < MAX_REFINE_PASSES; pass++, above = fmaxf(0.5f * above, LONG))
         if (qw_split_curves_pass(r, above, p) == 0 && above <= LONG) return;
@@ -324,7 +324,7 @@ static void refine(qw_reshape *r, qw_pass p)
     for (uint32_t pass = 0; pass < MAX_REFINE_PASSES; pass++, above = fmaxf(0.5f * above, LONG)) {
         uint32_t split = qw_split_pass(r, above, p);
         if (split > e->live_faces / 16) qw_flip_pass(r, p);
-        if (split > 0 && e->live_faces > CROWDED * needed_above(&need, all, above))
+        if (split > 0 && e->live_faces > MUCH_CUT * needed_above(&need, all, above))
             qw_collapse_pass(r, SHORT * above / LONG, above, p);
         if (above <= LONG && split == 0) break;
     }
@@ -464,7 +464,7 @@ static qw_working make_working(qw_env *env, const qw_trimesh *input, const qw_ce
     qw_reshape r = open_surface(env, input, census, least_faces, wanted, limited);
     coarsen(&r, (qw_pass){env, 0, 0.5});
     merge_slivers(&r, (qw_pass){env, 0.5, 0.5});
-    grade_unless_crowded(&r.edit);
+    grade_unless_cut(&r.edit);
     uint32_t packed = r.edit.vertex_count;
     cut_curves(&r, (qw_pass){env, 0.5, 0.5});
     refine(&r, (qw_pass){env, 0.5, 0.6});

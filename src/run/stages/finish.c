@@ -72,10 +72,10 @@ static void fit_to_surface(finishing *f)
     qw_fit fit = {.tree = run->tree, .strength = (float)run->options.fit};
     if (run->input.cut) fit.cut = cut;
     qw_trimesh seen;
-    fit.meant = (qw_meant){.surface = run->tree,
-                           .tree = qw_seen_of_input(f->run, &seen),
-                           .reach = (float)QW_WRAP_NEAR * run->whole.clean.wrapped,
-                           .off = (float)QW_WRAP_OFF * run->whole.clean.wrapped};
+    fit.target = (qw_fit_target){.surface = run->tree,
+                                 .tree = qw_seen_of_input(f->run, &seen),
+                                 .reach = (float)QW_WRAP_NEAR * run->whole.clean.wrapped,
+                                 .off = (float)QW_WRAP_OFF * run->whole.clean.wrapped};
     qw_fit_quads(run->env, &f->quads, &fit);
 }
 

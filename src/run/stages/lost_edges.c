@@ -65,7 +65,7 @@ static void find_lost(segments *s, const qw_quadmesh *quads, double edge)
             s->lost_of = qw_grow(s->env, s->lost_of, &s->lost_of_room, s->lost_count + 1, sizeof *s->lost_of);
             s->lost[s->lost_count] = p, s->lost_of[s->lost_count++] = i;
         }
-        if (i % 1024 == 0) qw_break_silence(s->env);
+        if (i % 1024 == 0) qw_heartbeat(s->env);
     }
 }
 
@@ -85,7 +85,7 @@ static double narrowest(segments *s)
     for (uint32_t k = 0; k < s->lost_count; k++) {
         uint32_t own = g->arc_of[s->half[s->lost_of[k]]];
         if (g->arc[own].node[1] != QW_NONE) least = fmin(least, (double)g->arc[own].length);
-        qw_break_silence(s->env);
+        qw_heartbeat(s->env);
         for (uint32_t i = 0; i < s->count; i++) {
             uint32_t other = g->arc_of[s->half[i]];
             if (other == own || qw_arcs_share_node(g, own, other)) continue;

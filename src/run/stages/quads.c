@@ -95,7 +95,7 @@ void qw_stage_RELAX(qw_run_state *run)
         qw_trimesh working = qw_parted_working(run);
         run->working_tree = qw_bvh_build(run->env, &working);
         run->relaxed = qw_relax(run, &quads, NULL, &run->flipped);
-        if (run->options.repair && !run->is_crowded && qw_uses(run->env, QW_MECH_GROWN))
+        if (run->options.repair && !run->lacks_room && qw_uses(run->env, QW_MECH_GROWN))
             run->grown = qw_grow_protrusions(run, &run->relaxed, &run->flipped, false);
         qw_did(run->env, QW_MECH_GROWN, run->grown);
         if (run->plan.reserve > 0) {
