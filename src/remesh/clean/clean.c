@@ -87,6 +87,7 @@ typedef struct boxing {
     box *boxes; /* box[blocks] */
 } boxing;
 
+/* The box around the corners of a block's triangles. */
 static void hold_corners(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const boxing *a = user;
@@ -100,6 +101,7 @@ static void hold_corners(void *user, uint32_t block, uint32_t begin, uint32_t en
     a->boxes[block] = b;
 }
 
+/* The box around all corners; vertices without a triangle do not count. */
 static box box_of_corners(qw_env *env, const qw_sheets *s, const double *position)
 {
     uint32_t blocks = qw_block_count(s->face_count, QW_GRAIN_LIGHT);
@@ -181,8 +183,11 @@ static bool has_area(const qw_sheets *s, const qw_frame *frame)
 
 /* ---- result */
 
+/* The cleaned surface in single precision, out of the sheets: kept after the scope. Components that single
+ * precision would flatten get frames of their own. */
 static qw_clean result_of(qw_env *env, const qw_sheets *s, const qw_frame *frame, const qw_clean_counts *counts)
 {
+    assert(s->components <= s->face_count);
     qw_clean c = {.frame = *frame,
                   .component = s->component,
                   .components = s->components,

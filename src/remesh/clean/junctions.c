@@ -50,6 +50,7 @@ static uint32_t count_open(const qw_edges *edges, uint32_t vertex_count)
     return count;
 }
 
+/* Lists the edges with one triangle, and sorts them by their ends, both ways round. */
 static void find_open_edges(sewing *w, const qw_edges *edges)
 {
     const qw_sheets *s = w->sheets;
@@ -154,8 +155,10 @@ static bool is_outside(const qw_box_node *n, const double *p)
     return false;
 }
 
+/* Notes a split of each open edge that vertex v lies on, by the tree of boxes around the edges. */
 static void ask_edges(sewing *w, uint32_t v)
 {
+    assert(v < w->sheets->vertex_count);
     uint32_t stack[QW_BOX_STACK], top = 0;
     const double *p = point_of(w, v);
     stack[top++] = 0;
@@ -200,6 +203,8 @@ static bool ask_all(sewing *w)
     return true;
 }
 
+/* Finds all vertices that lie on open edges, an edge's in the order along it. False: none, or there would be too
+ * many questions. */
 static bool find_splits(sewing *w)
 {
     if (!ask_all(w)) return false;
@@ -288,6 +293,8 @@ static bool take_back(sewing *w, const pieces *p, uint8_t *closed)
     return any;
 }
 
+/* Splits triangles at the vertices that lie on their open edges, in rounds, until no split is taken back. Returns
+ * how many splits stay. */
 static uint32_t sew(sewing *w, qw_sheets *s)
 {
     size_t faces = s->face_count + w->splits;

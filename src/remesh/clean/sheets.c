@@ -25,6 +25,7 @@ uint32_t qw_drop_degenerate(qw_sheets *s)
     return dropped;
 }
 
+/* Closes the gaps of dropped triangles. moved: uint32_t[faces], receives their new numbers. */
 static void compact_faces(qw_sheets *s, uint32_t *moved)
 {
     assert(s->kind && moved);
@@ -74,6 +75,8 @@ static void unit(double *v)
 
 static const double *position_of(const qw_sheets *s, uint32_t v) { return s->position + 3 * (size_t)v; }
 
+/* For each wing (a triangle at an edge with several) the direction away from the edge, of unit length and square to
+ * it. axis: receives the edge's own. */
 static void wing_directions(const qw_sheets *s, uint32_t lower, uint32_t upper, wing *w, uint32_t count, double *axis)
 {
     assert(lower < upper && upper < s->vertex_count);
@@ -112,6 +115,7 @@ static bool may_pair(const wing *a, const wing *b, bool both)
     return (a->forward || a->both) && (!b->forward || b->both);
 }
 
+/* Joins wings two by two, those that score best first, until no two may be joined. count: of the wings, few. */
 static void pair_by_angle(qw_sheets *s, const double *axis, wing *w, uint32_t count, bool both)
 {
     assert(count > 1);
@@ -132,6 +136,7 @@ static void pair_by_angle(qw_sheets *s, const double *axis, wing *w, uint32_t co
     }
 }
 
+/* Joins the sides of an edge with very many, one of each direction, in the order of the file. */
 static void pair_in_order(qw_sheets *s, uint32_t lower, const uint32_t *half, uint32_t count)
 {
     uint32_t a = 0, b = 0; /* a walks the sides of one direction, b those of the other */
@@ -176,6 +181,7 @@ typedef struct plain_pairs {
     uint8_t *strange; /* uint8_t[blocks]: has an edge with more than two sides, or one with two sides and one apex */
 } plain_pairs;
 
+/* Joins the two sides of ordinary edges; notes where a block has others, which need more thought. */
 static void pair_plainly(void *user, uint32_t block, uint32_t begin, uint32_t end_vertex)
 {
     plain_pairs *p = user;
@@ -258,6 +264,7 @@ typedef struct fans {
     uint64_t *corners;    /* uint64_t[blocks]: of the fans that those are in */
 } fans;
 
+/* Counts the corners of the fans that the vertices of a block keep. */
 static void count_fan_corners(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const fans *t = user;

@@ -177,6 +177,8 @@ static bool is_marked(marked *a, qw_vec3 place)
     return qw_is_mark_end(&a->ends, place);
 }
 
+/* Moves a vertex around which triangles are folded over one another to where none is, if there is such a place.
+ * Returns whether it moved. */
 static bool unfold_vertex(qw_trimesh *m, marked *marks, uint32_t outgoing)
 {
     assert(outgoing < 3 * m->face_count);
@@ -195,6 +197,7 @@ typedef struct flagging {
     uint8_t *flag; /* [faces] 1: lies on a neighbour */
 } flagging;
 
+/* Flags triangles that face nearly against a neighbour. */
 static void flag_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;

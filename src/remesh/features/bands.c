@@ -81,8 +81,11 @@ static pair measure(const finder *f, uint64_t key)
     return p;
 }
 
+/* Adds the pair of marked half-edges that face each other, if a band between them is narrow enough; on the first
+ * call, when there are no keys yet, it only counts. */
 static void add_pair(finder *f, uint32_t a, uint32_t b)
 {
+    assert(a < 3 * f->mesh->face_count && b < 3 * f->mesh->face_count);
     uint32_t ra = f->graph->arc_of[a], rb = f->graph->arc_of[b];
     /* side by side from one node on they are an acute corner: one of them gives way there, but only near the corner
        (remesh/quantise/acute_corners.h) */
@@ -137,6 +140,7 @@ static size_t find_band(const finder *f, uint32_t a, uint32_t b)
     return low < f->bands && f->band[low] == key ? low : f->bands;
 }
 
+/* Gathers the pairs by the two arcs on whose edges they lie: each two arcs make one band. */
 static void make_bands(qw_env *env, finder *f)
 {
     const uint32_t *arc_of = f->graph->arc_of;
@@ -177,8 +181,11 @@ static size_t band_of_end(const finder *f, const qw_feature_arc *arc, bool joins
     return band_at(f, u, v, joins);
 }
 
+/* Sums over each band, and over bands that are one as a whole: length, narrow length, width and how much of the
+ * shorter arc is covered. */
 static void add_up(finder *f)
 {
+    assert(f->bands <= f->count);
     for (size_t b = 0; b < f->bands; b++) f->total[b] = (total){.thinnest = INFINITY};
     for (size_t i = 0; i < f->count; i++) f->total[f->pair[i].band].length += f->pair[i].overlap;
     for (size_t b = 0; b < f->bands; b++) {

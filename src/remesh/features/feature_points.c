@@ -29,8 +29,10 @@ typedef struct tips {
     uint32_t round;
 } tips;
 
+/* The angle that the triangles around v lack of a full turn, radians; 0 on boundaries and curves. */
 static double lack_at(const tips *t, uint32_t v)
 {
+    assert(v < t->mesh->vertex_count);
     const qw_trimesh *mesh = t->mesh;
     uint32_t h = t->outgoing[v];
     double sum = 0;
@@ -106,6 +108,8 @@ static uint32_t collect_ball(tips *t, uint32_t v, float radius, uint32_t ringed,
     return count;
 }
 
+/* Whether v is the sharpest point of a tip: it and what is near it lack enough angle, and the surface around it is
+ * otherwise flat. */
 static bool is_tip(tips *t, uint32_t v, float size)
 {
     assert(v < t->mesh->vertex_count && size > 0);

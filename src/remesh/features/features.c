@@ -50,6 +50,7 @@ static const float LEAST_HEIGHT =
 
 /* ---- reliable normals */
 
+/* The longest half-edge of a triangle, and its length. */
 static uint32_t longest_side(const qw_trimesh *mesh, uint32_t f, float *length)
 {
     assert(f < mesh->face_count);
@@ -199,6 +200,7 @@ static uint32_t continuation(const creases *c, uint32_t v)
     return best;
 }
 
+/* Continues each loose end of a crease as long as there is an edge that goes on (continuation). */
 static void grow_ends(creases *c)
 {
     for (uint32_t start = 0; start < c->mesh->vertex_count; start++) {
@@ -286,6 +288,8 @@ static double wing_angle(const creases *c, uint32_t h)
     return count > 0 ? sum / count : 0;
 }
 
+/* What each network of creases has: edges, length, angle, wings and loose ends. label: of vertices, from 0 to count
+ * - 1. */
 static network *measure_networks(qw_env *env, const creases *c, const uint32_t *label, uint32_t count)
 {
     const qw_trimesh *mesh = c->mesh;
@@ -370,6 +374,7 @@ typedef struct sharpness_sums {
     sharpness *of; /* sharpness[blocks] */
 } sharpness_sums;
 
+/* Length of all edges, of the marked ones, and of those that are folds, over a block. */
 static void add_up_sharpness(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const sharpness_sums *sums = user;
@@ -387,6 +392,7 @@ static void add_up_sharpness(void *user, uint32_t block, uint32_t begin, uint32_
     sums->of[block] = s;
 }
 
+/* The same over the whole surface. */
 static sharpness measure_sharpness(qw_env *env, const creases *c)
 {
     uint32_t blocks = qw_block_count(c->mesh->face_count, QW_GRAIN_LIGHT);

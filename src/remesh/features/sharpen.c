@@ -127,6 +127,7 @@ static double line_in(const sharpener *s, uint32_t f)
     return count < 2 ? 0 : (double)qw_distance(m[0], m[1]);
 }
 
+/* Adds what the crease has in one triangle: the length of its line there, and the cuts at its edges. */
 static void add_triangle(const sharpener *s, uint32_t f, crease *c)
 {
     double length = line_in(s, f);
@@ -272,6 +273,8 @@ static void drop_blunt(const sharpener *s)
         if (!s->sharp[s->census->component[f]]) s->cut[3 * f] = s->cut[3 * f + 1] = s->cut[3 * f + 2] = 0;
 }
 
+/* Finds the edges that creases run across, and drops what is too short or too weak to be a crease. False: nothing
+ * is left. */
 static bool find_cuts(sharpener *s, double quad_edge)
 {
     const qw_trimesh *mesh = s->mesh;
@@ -349,6 +352,7 @@ static void trim_creases(const sharpener *s)
         }
 }
 
+/* Fits a quadric to the side of each vertex near a crease, which is where the crease is looked for. */
 static void find_fits(sharpener *s)
 {
     assert(s->cut && s->sides.plane);
@@ -516,6 +520,7 @@ static void smooth_on_line(const sharpener *s, qw_edit *e, uint32_t v)
     if (qw_distance(p, mean) <= MOST_MOVED * s->sides.edge[s->mesh->corner[h]]) e->vertex[v].position = p;
 }
 
+/* Smooths what lies beside the new crease: its vertices along it, those around it on their fitted sides. */
 static void smooth_band(const sharpener *s, qw_edit *e)
 {
     for (int round = 0; round < SMOOTHING_ROUNDS; round++) {

@@ -102,6 +102,8 @@ static void measure_faces(void *user, uint32_t block, uint32_t begin, uint32_t e
     }
 }
 
+/* For each vertex, over the triangles around it: sum of cross products, area, mean edge, and whether their normals
+ * disagree. */
 static void sum_rings(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -173,6 +175,7 @@ static uint8_t *find_near(qw_env *env, const qw_sides *s)
 
 /* ---- planes */
 
+/* The plane fitted to what lies near v, and how far normals there spread. */
 static qw_side_plane plane_at(const side_task *t, uint32_t v, qw_vertex_ball *ball)
 {
     assert(v < t->s->mesh->vertex_count);
@@ -225,6 +228,7 @@ static uint32_t best_around(const qw_sides *s, uint32_t v, const qw_vertex_ball 
     return best;
 }
 
+/* Chooses for each vertex near a band the plane that it belongs to: its own, or one nearby that costs less. */
 static void choose_sides(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -285,6 +289,7 @@ typedef struct bends {
 
 static double angle_between(qw_vec3 n, qw_vec3 m) { return qw_acos(fmin(fmax((double)qw_dot(n, m), -1), 1)); }
 
+/* Whether a marked edge at v turns by at least QW_ALL_TURN of `turn`, radians. */
 static bool has_marked(const side_task *t, uint32_t v, double turn)
 {
     const qw_trimesh *mesh = t->s->mesh;
@@ -299,6 +304,7 @@ static bool has_marked(const side_task *t, uint32_t v, double turn)
     return false;
 }
 
+/* Adds what the surface is like at v: whether two planes of small spread meet there, as beside a sampled crease. */
 static void try_at(const side_task *t, uint32_t v, bends *sum)
 {
     qw_vertex_ball around, ball;
@@ -366,6 +372,8 @@ static uint32_t keep_bent(const side_task *t, uint32_t *list, uint32_t count)
     return kept;
 }
 
+/* Whether sampled creases are worth looking for: tries rough vertices spread over the surface, until enough of them
+ * are bent. */
 static bool seems_banded(qw_env *env, const side_task *t)
 {
     const qw_sides *s = t->s;

@@ -63,6 +63,7 @@ static bool is_soft(const teeth *t, uint32_t v)
     return true;
 }
 
+/* Marks the vertices of curves that turn to one side between two that turn to the other. Returns how many. */
 static uint32_t find_teeth(teeth *t)
 {
     uint32_t count = 0;

@@ -27,6 +27,7 @@ typedef struct direction_task {
     qw_vec3 *direction;
 } direction_task;
 
+/* The principal direction at each vertex, as long as it is clear; 0 where too much lies around it. */
 static void direction_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -74,6 +75,7 @@ typedef struct pull_task {
     float *pulled;
 } pull_task;
 
+/* The cross that each vertex's direction asks for. */
 static void preference_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -122,6 +124,8 @@ static bool is_beside_curve(const qw_level *level, uint32_t v)
     return false;
 }
 
+/* Pulls each cross towards what its neighbourhood prefers, as far as that agrees in itself; not beside curves,
+ * which decide there. */
 static void pull_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -169,6 +173,7 @@ typedef struct asked_task {
     float *pulled;
 } asked_task;
 
+/* Pulls each cross towards the direction that was asked for at its vertex. */
 static void pull_to_asked_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;

@@ -50,6 +50,8 @@ typedef struct orientation_state {
     qw_vec3 *o;
 } orientation_state;
 
+/* One step of diffusion at v: the mean of its neighbours' crosses, carried to it, of its pull and of what it was.
+ * */
 static void diffuse(void *user, uint32_t v)
 {
     const orientation_state *s = user;
@@ -155,6 +157,7 @@ typedef struct starts {
     double energy[STARTS + 1];
 } starts;
 
+/* STARTS random crosses for vertex v. */
 static bundle scattered(uint64_t seed, uint32_t v)
 {
     bundle b;
@@ -184,6 +187,7 @@ static inline void add_product(bundle *sum, qw_phasor r, const bundle *z)
     }
 }
 
+/* As diffuse, for all starts at once. */
 static void diffuse_bundle(const qw_connection_level *c, bundle *z, const bundle *before, uint32_t v)
 {
     if (c->diagonal[v] == 0) return;
@@ -305,6 +309,7 @@ static void take_field_in_space(const starts *a, const qw_connection_level *c, c
     }
 }
 
+/* A start from the field that is smoothest in space, from a few levels below the last one down to it. */
 static void start_in_space(starts *a)
 {
     assert(a->last < a->connection->level_count && a->space);

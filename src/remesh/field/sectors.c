@@ -124,6 +124,7 @@ static void count_sector(sectors *s, uint32_t corner, uint32_t first, uint32_t b
     s->excess[qw_set_of(s->region, first / 3)] += fmaxf(whole, 1) - quarters;
 }
 
+/* Tilts the crosses in a sector between two curves, so that its angle is met by a whole number of quads. */
 static void tilt_sector(sectors *s, uint32_t corner, uint32_t first, uint32_t back, float angle)
 {
     assert(corner < s->mesh->vertex_count);

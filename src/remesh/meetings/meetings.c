@@ -91,6 +91,8 @@ static bool keep_one_of(qw_env *env, meeting_search *s, double least, double mos
     return false;
 }
 
+/* Makes one meeting, of cones that lie near first where tries are accepted by an estimate. Returns whether there
+ * was one. */
 static bool keep_one(qw_env *env, meeting_search *s, uint32_t *tried, uint32_t most_tried)
 {
     qw_outlook outlook = {&s->now.layout, s->now.length, QW_FARTHEST_CONE, s->terms.accepts_by_estimate};
@@ -159,6 +161,7 @@ static void make_all(qw_env *env, meeting_search *s, qw_meeting_counts *counts, 
     }
 }
 
+/* The layout as it comes, with all that does not change during the search. In the current scope. */
 static meeting_search begin_search(qw_env *env, const qw_component *component, const qw_meeting_request *request,
                                    const qw_int2 *d)
 {

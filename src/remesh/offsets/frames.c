@@ -145,8 +145,12 @@ static void lay_chosen(framing *g, const sector *s, const uint8_t *before, unsig
         lay_elsewhere(g, s->out[i] / 3, chosen >> i & 1u ? s->out[i] % 3 : before[i]);
 }
 
+/* Lays the missing quarter turns of a sector on those of its triangles' vertices with which the sector between two
+ * curves has the angle that is nearest to a whole number of quarters. All choices among MOST_MOVED triangles are
+ * tried. */
 static void repair_sector(framing *g, uint32_t first, uint32_t last, float angle)
 {
+    assert(first < 3 * g->m->face_count && last < 3 * g->m->face_count);
     const qw_offset_mesh *m = g->m;
     sector s = {.first = first, .last = last, .angle = angle};
     uint8_t before[MOST_MOVED];

@@ -64,6 +64,8 @@ typedef struct verdict {
     int32_t spread;   /* sum of squared lengths after the move: less is more compact */
 } verdict;
 
+/* What a move of the star's centre by t leads to: whether no edge gets longer than it may, the area that is
+ * inverted, and how long its edges are. */
 static verdict judge_move(const qw_offset_mesh *m, const qw_star *star, qw_int2 t)
 {
     verdict v = {.allowed = true};

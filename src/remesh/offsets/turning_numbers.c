@@ -39,6 +39,8 @@ typedef struct cluster_sums {
     bool open, has_area;
 } cluster_sums;
 
+/* Adds triangle f to the clusters of its corners: the angle at each, and what counts towards their Euler
+ * characteristic. */
 static void add_triangle(const qw_offset_mesh *m, const uint32_t *set, uint32_t f, cluster_sums *sum)
 {
     assert(f < m->face_count);
@@ -138,6 +140,7 @@ static bool is_outer(const cluster_repair *a, uint32_t h)
     return a->stamp[m->corner[qw_next(h)]] != a->now && a->stamp[m->corner[qw_prev(h)]] != a->now;
 }
 
+/* Whether the lattice goes around the cluster, which must be a disc, less often than its cones say. */
 static bool is_turning_number_low(cluster_repair *a)
 {
     const qw_offset_mesh *m = a->n->m;
@@ -215,6 +218,8 @@ static bool rule_out_all(cluster_repair *a)
     return any;
 }
 
+/* Takes steps around v after which no triangle is inverted and no turning number is low: clauses are added as the
+ * solver's answers break one, for ROUNDS. Returns whether there are any. */
 static bool solve_around(cluster_repair *a, qw_offset_mesh *m, uint32_t v, qw_inversion_counts *counts)
 {
     assert(v < m->vertex_count && counts);

@@ -62,6 +62,7 @@ static bool close_spike(qw_quad_edit *e, uint32_t v)
     return true;
 }
 
+/* Removes vertices with one or two quads, until there are none inside. Returns how many. */
 static int64_t close_doublets(qw_env *env, qw_quad_edit *e)
 {
     qw_quadmesh *m = &e->mesh;

@@ -272,6 +272,7 @@ static uint32_t quads_around(simplifier *s, const vertices *set, uint32_t list[F
     return count;
 }
 
+/* How square the quads around a set of vertices are, and whether they face one way. */
 static shape shape_around(simplifier *s, const vertices *set)
 {
     const qw_quadmesh *m = &s->e.mesh;
@@ -322,6 +323,7 @@ static void repeat(simplifier *s, const chain *c)
     for (uint32_t i = 0; i < c->length; i++) make(s, c->list[i]);
 }
 
+/* What rotations and collapses at v and beside it would cost has to be asked anew. */
 static void forget_costs_around(simplifier *s, uint32_t v)
 {
     const qw_quadmesh *m = &s->e.mesh;
@@ -475,6 +477,7 @@ static bool has_company(const simplifier *s, uint32_t v)
     return false;
 }
 
+/* Tries chains of rotations from v; keeps the first with a gain. Returns whether there is one. */
 static bool improve_by_chain(simplifier *s, uint32_t v, qw_simplify_counts *counts)
 {
     chain_search x = {.writes = s->e.writes, .trials = MAX_TRIALS};
@@ -501,6 +504,8 @@ static bool worth_a_try(simplifier *s, uint32_t v, uint8_t what)
     return qw_valence_at(&s->e, v, &open) <= QW_MAX_VALENCE && cost_at(s, v) > 0;
 }
 
+/* Makes improving moves, and chains where no move improves, until neither does or MAX_SWEEPS have gone over the
+ * mesh. */
 static void simplify(simplifier *s, qw_simplify_counts *counts)
 {
     bool any = true;
@@ -591,8 +596,10 @@ static void reach_count(simplifier *s, int64_t most, bool gently, qw_simplify_co
     s->told = NULL;
 }
 
+/* In the current scope. least: so many quads must be left. */
 static simplifier make_simplifier(qw_env *env, const qw_quadmesh *mesh, const qw_wanted *wanted, int64_t least)
 {
+    assert(least >= 0);
     simplifier s = {.e = qw_quad_edit_open(env, mesh), .wanted = wanted, .least = least};
     s.e.keeps_journal = true;
     s.stamp = QW_NEW_ZERO(env, uint32_t, mesh->vertex_count),

@@ -67,8 +67,11 @@ static uint32_t length_of_narrow_side(const qw_offset_mesh *m, const uint32_t *p
     return near < count - 1 ? near + 1 : near;
 }
 
+/* Lets these edges go from their curve. Returns how many were constrained. verdict: uint8_t[half-edges], or NULL.
+ * */
 static int64_t shorten(qw_offset_mesh *m, const uint32_t *edges, uint32_t count, uint8_t *verdict)
 {
+    assert(count <= m->edge_count);
     int64_t released = 0;
     for (uint32_t i = 0; i < count; i++) {
         uint32_t h = m->half[edges[i]], t = m->twin[h];

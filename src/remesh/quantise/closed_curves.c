@@ -18,6 +18,7 @@ typedef struct chains {
     uint8_t *is_open;
 } chains;
 
+/* The chains of curve edges of a component: the root of each vertex's, and whether it has ends. */
 static chains find_chains(qw_env *env, const qw_component *component)
 {
     const qw_complex *c = &component->decimated.complex;

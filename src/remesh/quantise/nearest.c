@@ -54,6 +54,7 @@ static double known_product(const enumeration *n, double *known, uint32_t i, uin
     return *p;
 }
 
+/* Subtracts moves from one another as long as that makes them shorter: a reduced basis. */
 static void shorten_moves(qw_env *env, enumeration *n)
 {
     double *known = QW_NEW(env, double, (size_t)n->moves * n->moves);

@@ -64,6 +64,8 @@ static void add_arc(qw_network *net, uint32_t variable, uint32_t minus, uint32_t
     net->plus[net->variable_count++] = plus;
 }
 
+/* Sorts the variables: those with opposite signs in their two rows become arcs, those with equal signs are frozen.
+ * */
 static void collect_variables(const qw_complex *c, qw_network *net)
 {
     uint32_t ground = net->node_count - 1;
@@ -100,6 +102,7 @@ static void join_ground(qw_env *env, qw_network *net)
 qw_network qw_network_build(qw_env *env, const qw_complex *c)
 {
     assert(c->edge && c->rot);
+    assert(c->face_count < QW_NONE / 2);
     size_t most = (size_t)2 * c->edge_count;
     qw_network net = {.node_count = 2 * c->face_count + 1};
     net.variable = QW_NEW(env, uint32_t, most);

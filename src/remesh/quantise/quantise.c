@@ -104,6 +104,7 @@ typedef struct reduced {
     qw_search_request request;
 } reduced;
 
+/* Decimates the surface, weighs its edges and splits it into components. In the current scope. */
 static reduced reduce(qw_env *env, const qw_offset_mesh *m, const qw_real2 *closed, const qw_quantise_request *asked)
 {
     assert(closed && asked->quads > 0);
@@ -135,6 +136,7 @@ static void count(qw_quantise_counts *counts, const qw_offset_mesh *m, const red
     counts->iterations = closing->iterations + flattening->iterations;
 }
 
+/* What the search and the two solves came to, for the log. */
 static void log_counts(qw_env *env, const reduced *r, const qw_search_result *found, const qw_closed_counts *closing,
                        const qw_flatten_counts *flattening)
 {

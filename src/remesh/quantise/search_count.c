@@ -48,6 +48,7 @@ typedef struct choice {
     qw_int2 *d;
 } choice;
 
+/* Keeps the integers at hand if they are the cheapest so far, keep the count and invert nothing. */
 static void choose_cheapest(qw_env *env, void *user)
 {
     (void)env;

@@ -32,6 +32,7 @@ static bool make_at(qw_env *env, const qw_search *s, qw_trial *t, uint32_t p, do
     return !t->open;
 }
 
+/* Parts the curves of component p that touch: at its size, and at smaller ones as long as some still touch. */
 static void part_curves(qw_env *env, qw_search *s, uint32_t p, double *work)
 {
     assert(p < s->components->count && work);
@@ -73,6 +74,7 @@ void qw_search_part_curves(qw_env *env, qw_search *s)
         if (!s->kept[p].open) part_curves(env, s, p, &work);
 }
 
+/* Makes the closed curves of component p an even number of quads long, within the bounds of the count. */
 static void make_even(qw_env *env, qw_search *s, uint32_t p, double *work)
 {
     qw_scope_begin(env);
@@ -124,6 +126,7 @@ static qw_real2 *closed_aim(qw_env *env, const qw_complex *real, const qw_trial 
     return aimed;
 }
 
+/* Makes lines of component p meet, within the bounds of the count. */
 static qw_meeting_counts meet(qw_env *env, qw_search *s, uint32_t p, uint32_t all_faces)
 {
     assert(p < s->components->count && all_faces > 0);

@@ -86,6 +86,8 @@ static void fold(qw_env *env, points *p, uint32_t f)
     }
 }
 
+/* The lattice points on the edges of the complex, joined where edges without length or flat triangles make them
+ * one. */
 static points make_points(qw_env *env, const qw_component *component, const qw_complex *c)
 {
     points p = {.component = component, .c = c, .count = component->vertex_count};
@@ -115,6 +117,8 @@ typedef struct place {
     int32_t contacts, corners;
 } place;
 
+/* How many curves meet at each place, a set of points, beyond those that are joined there anyway; and its corners.
+ * */
 static place *find_places(qw_env *env, points *p)
 {
     const qw_complex *c = p->c;

@@ -105,9 +105,11 @@ static bool away_at(const fitting *t, link *l, float along, qw_vec3 up, uint32_t
     return true;
 }
 
+/* How far the surface lies above the middle of each link, and how much of that a move of each end makes up for. */
 static void measure_links(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
+    assert(end <= ((const fitting *)user)->link_count);
     const fitting *t = user;
     uint32_t hint[2] = {QW_NONE, QW_NONE};
     for (uint32_t i = begin; i < end; i++) {
@@ -128,6 +130,7 @@ static void measure_links(void *user, uint32_t block, uint32_t begin, uint32_t e
     }
 }
 
+/* One damped step of all vertices along their normals, within MOST edges. */
 static void jacobi_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -176,6 +179,7 @@ static void part_sides(fitting *t)
 
 /* ---- what may move */
 
+/* float[vertices]: the mean length of the links at each. */
 static float *mean_edges(qw_env *env, const fitting *t)
 {
     uint32_t n = t->quads->vertex_count;

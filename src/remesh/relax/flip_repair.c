@@ -82,15 +82,15 @@ static bool applies(const remedy *r, qw_faults known)
 
 /* ---- tries */
 
-typedef struct tried {
+typedef struct repair_try {
     qw_quad_move move;
     bool moves;
     qw_faults change; /* of the mesh's faults */
     bool clean;       /* nothing in the window is flipped */
-} tried;
+} repair_try;
 
 /* The last resort may leave no more corners inverted, and one more quad in doubt for each that is repaired. */
-static bool is_gain(const tried *t, const remedy *r)
+static bool is_gain(const repair_try *t, const remedy *r)
 {
     int32_t fewer = -t->change.flipped, lesser = qw_lesser_faults(t->change);
     if (fewer <= 0) return fewer == 0 && lesser < 0;
@@ -123,7 +123,7 @@ static bool make_move(engine *g, qw_quad_move move)
 
 /* Makes the move of a try, if it has one; returns false where it is not legal. changed: the vertices at the move and
    at quad f. */
-static bool make_move_of(engine *g, tried *t, uint32_t f, uint32_t changed[MOST_CHANGED], uint32_t *count)
+static bool make_move_of(engine *g, repair_try *t, uint32_t f, uint32_t changed[MOST_CHANGED], uint32_t *count)
 {
     memcpy(changed, g->site.e.mesh.corner + 4 * (size_t)f, 4 * sizeof *changed);
     *count = 4;
@@ -154,7 +154,7 @@ static qw_faults faults_as_taken(engine *g, const qw_window *p, const uint32_t *
 
 /* Makes the move, and finds positions for the window around it and around quad f. The move stays made; false where it
    is not legal. */
-static bool make_try(engine *g, uint32_t f, const remedy *r, uint32_t rings, tried *t)
+static bool make_try(engine *g, uint32_t f, const remedy *r, uint32_t rings, repair_try *t)
 {
     assert(f < g->site.e.mesh.face_count);
     uint32_t changed[MOST_CHANGED], count, seeds[QW_WINDOW_SEEDS], n = 0;
@@ -171,7 +171,7 @@ static bool make_try(engine *g, uint32_t f, const remedy *r, uint32_t rings, tri
     return true;
 }
 
-static bool try_remedy(engine *g, uint32_t f, const remedy *r, uint32_t rings, tried *t)
+static bool try_remedy(engine *g, uint32_t f, const remedy *r, uint32_t rings, repair_try *t)
 {
     size_t writes = g->site.e.writes;
     qw_heartbeat(g->site.env);
@@ -209,14 +209,14 @@ static void add_moves(const qw_quad_edit *e, uint32_t v, qw_quad_move *list, uin
 }
 
 /* Tries each move at the corners of f; writes the best try of all into `best`. */
-static void try_moves(engine *g, uint32_t f, const remedy *r, tried *best)
+static void try_moves(engine *g, uint32_t f, const remedy *r, repair_try *best)
 {
     qw_quad_move list[MOST_MOVES];
     uint32_t n = 0, corner[4];
     memcpy(corner, g->site.e.mesh.corner + 4 * (size_t)f, sizeof corner);
     for (uint32_t i = 0; i < 4; i++) add_moves(&g->site.e, corner[i], list, &n);
     for (uint32_t k = 0; k < n && !(best->clean && is_gain(best, r)); k++) {
-        tried t = {.move = list[k], .moves = true};
+        repair_try t = {.move = list[k], .moves = true};
         if (!try_remedy(g, f, r, r->rings[0], &t)) continue;
         bool gains = is_gain(&t, r), gained = is_gain(best, r);
         if (gains > gained || (gains == gained && qw_fewer_faults(t.change, best->change))) *best = t;
@@ -229,7 +229,7 @@ static void try_moves(engine *g, uint32_t f, const remedy *r, tried *best)
 static bool repair_at(engine *g, uint32_t f, const remedy *r, uint32_t rings)
 {
     assert(f < g->site.e.mesh.face_count);
-    tried best = {.moves = false};
+    repair_try best = {.moves = false};
     if (!try_remedy(g, f, r, rings, &best)) return false;
     if (r->moves && !is_gain(&best, r)) try_moves(g, f, r, &best);
     if (!is_gain(&best, r) || (best.moves && !make_try(g, f, r, rings, &best))) return false;
@@ -274,6 +274,7 @@ static bool repair_all(engine *g, const remedy *r, uint32_t *tried, uint32_t *ke
     return any;
 }
 
+/* Goes through the table of remedies, each within its own budget. */
 static void run_table(engine *g)
 {
     assert(g->site.tree && g->known && g->failed);
@@ -340,6 +341,7 @@ typedef struct suspect_task {
     uint8_t *found; /* uint8_t[SEARCHED] */
 } suspect_task;
 
+/* Looks for flipped quads among some. */
 static void search_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -387,6 +389,7 @@ static void copy_flags(const engine *g, uint8_t *flipped)
                                                             : QW_NOT_FLIPPED);
 }
 
+/* All that the repair needs, in the current scope: the faults of every quad are known afterwards. */
 static engine *make_engine(qw_env *env, const qw_quadmesh *quads, const qw_flip_repair *repair, const qw_bvh *tree,
                            float edge)
 {

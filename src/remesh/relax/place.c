@@ -116,6 +116,7 @@ static qw_vec3 middle_of_neighbours(const qw_window *p, uint32_t v, bool on_curv
     return count > 0 ? qw_scale(sum, 1 / count) : p->position[v];
 }
 
+/* Moves each vertex to the middle of its neighbours, those on curves along them. */
 static void spread_once(const qw_repair_site *s, qw_window *p)
 {
     for (uint32_t k = 0; k < p->moving_count; k++) {
@@ -128,6 +129,7 @@ static void spread_once(const qw_repair_site *s, qw_window *p)
     }
 }
 
+/* Brings free vertices back to the surface. */
 static void settle(const qw_repair_site *s, qw_window *p)
 {
     assert(p->moving_count <= p->quads.vertex_count);
@@ -149,6 +151,7 @@ static void spread(const qw_repair_site *s, qw_window *p)
     settle(s, p);
 }
 
+/* Spreads the window out, then alternates between the surface and the membrane. The best that was found is kept. */
 static void try_membrane(qw_repair_site *s, qw_window *p)
 {
     if (!is_hung(p)) return;
@@ -163,6 +166,7 @@ static void try_membrane(qw_repair_site *s, qw_window *p)
 
 /* ---- the search */
 
+/* What quad f costs: facing against the surface, lying off it, and corners that are not square. */
 static double cost_of(const qw_repair_site *s, const qw_window *p, uint32_t f)
 {
     qw_vec3 area = cross_of(p, f), n = qw_normalize(area);
@@ -194,6 +198,7 @@ typedef struct place_search {
     uint64_t looked; /* triangles that it has looked at */
 } place_search;
 
+/* For qw_step_search: the plane in which v tries steps, and their length. */
 static double frame_of(void *user, uint32_t v, qw_spot *here, qw_vec3 axis[2])
 {
     place_search *s = user;
@@ -245,6 +250,7 @@ static double cost_at(void *user, uint32_t v, uint32_t f)
     return cost_of(s->site, s->window, f);
 }
 
+/* Lets each vertex search for a better place, with smaller steps where no vertex finds one. */
 static void try_search(qw_repair_site *s, qw_window *p)
 {
     assert(p->quads.face_count <= QW_WINDOW_FACES);

@@ -55,6 +55,7 @@ typedef struct edge_bends {
 } edge_bends;
 enum { AT_ONCE = 1 << 14 };
 
+/* How each edge bends the surface: half its turn times its length, as a tensor along it. */
 static void find_bends(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     edge_bends *e = user;
@@ -76,6 +77,7 @@ static void find_bends(void *user, uint32_t block, uint32_t begin, uint32_t end)
     }
 }
 
+/* Adds the bends of all edges to the cells at their ends, in the order of the edges. */
 static void add_edges(qw_env *env, const qw_trimesh *m, const uint32_t *cell, const qw_vec3 *facing, cell_sums *sums)
 {
     edge_bends e = {.mesh = m, .facing = facing, .is_bent = QW_NEW(env, bool, AT_ONCE)};
@@ -190,6 +192,7 @@ static float thickness_at(const limb_task *t, uint32_t v)
     return length[RAYS / 2];
 }
 
+/* Lowers the size where the surface is round, so that AROUND edges or so go around a limb. */
 static void limb_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -314,6 +317,7 @@ typedef struct even_task {
     float *even;
 } even_task;
 
+/* Normal and curvatures of each cell, out of its tensor. */
 static void look_at_cells(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const even_task *t = user;
@@ -386,6 +390,7 @@ static void fit_limbs_of_cells(qw_env *env, const qw_bvh *tree, shape_sizes *w, 
     qw_scope_end(env);
 }
 
+/* The sizes that the shape asks for by cells: even ones by curvature, and bounds by limbs and curves. */
 static shape_sizes sizes_of_shape(qw_env *env, const qw_trimesh *m, const qw_density_request *request)
 {
     assert(request->edge > 0 && request->strength > 0 && request->cells);

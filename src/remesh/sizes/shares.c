@@ -124,6 +124,7 @@ static void gather(const qw_trimesh *m, tensor *at)
     }
 }
 
+/* One step of smoothing: half of each tensor goes to its neighbours. degree: float[vertices], edges at each. */
 static void spread(const qw_trimesh *m, const float *degree, const tensor *from, tensor *to)
 {
     for (uint32_t v = 0; v < m->vertex_count; v++)

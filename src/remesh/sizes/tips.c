@@ -260,6 +260,7 @@ typedef struct scouting {
     uint8_t *is_tip; /* uint8_t[candidates] */
 } scouting;
 
+/* Follows every parts-th of the seeds; the threads differ in their first. */
 static void scout_part(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block, (void)end;

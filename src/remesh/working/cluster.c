@@ -162,6 +162,7 @@ typedef struct fan_sums {
     uint32_t edges, triangles; /* of which all ends, all corners are in its cluster */
 } fan_sums;
 
+/* Adds the triangles around v: those inside its cluster, and their normals. */
 static void add_fan(const clustering *c, uint32_t v, fan_sums *sums)
 {
     const qw_trimesh *m = c->input;
@@ -272,6 +273,7 @@ static bool is_turned(const clustering *c, const uint32_t *corner)
     return false;
 }
 
+/* Marks the clusters that are bad: a triangle at them is turned over, or too few are. */
 static void judge_triangles(clustering *c)
 {
     for (uint32_t k = 0; k < c->count; k++) c->cluster[k].triangles = 0;
@@ -412,6 +414,8 @@ static uint32_t *number_clusters(clustering *c, uint32_t **origin, uint32_t *ver
     return number;
 }
 
+/* The surface that the clusters make, sorted by components, with the vertex of the input that each of its own is.
+ * */
 static qw_clustered surface_of(clustering *c, const uint32_t *component, uint32_t components)
 {
     qw_env *env = c->env;
@@ -447,6 +451,7 @@ typedef struct foresight {
     float *largest; /* float[blocks] */
 } foresight;
 
+/* How many faces clusters of these cells would leave, and the largest cell, over a block. */
 static void foresee_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const foresight *s = user;

@@ -83,6 +83,8 @@ static bool has_seam_to_collapse(const qw_edit *e, uint32_t f, const void *user)
     return false;
 }
 
+/* Collapses the edges of f that the rule calls short. inner: those that a block may collapse by itself, or the
+ * others. Returns how many. */
 static uint32_t collapse_face(qw_reshape *r, uint32_t f, const collapse_rule *rule, bool inner)
 {
     assert(f < r->edit.face_count);

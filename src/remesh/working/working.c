@@ -175,6 +175,7 @@ static double mean_edge(const qw_edit *e)
     return sum / (e->live_faces ? e->live_faces : 1);
 }
 
+/* The longest edge of a block, in target lengths, squared. */
 static void most_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const lengths *l = user;
@@ -247,6 +248,8 @@ typedef struct face_need {
     double needed, curves, cut;
 } face_need;
 
+/* How many faces the surface needs at its targets: by area, by length of curves, and if each sliver is cut by
+ * itself. */
 static face_need count_needed(const qw_edit *e)
 {
     face_need sum = {0, 0, 0};
@@ -330,6 +333,7 @@ static void refine(qw_reshape *r, qw_pass p)
     }
 }
 
+/* Rounds of splits, collapses, flips and smoothing, until edges are near to their targets. */
 static void even_out(qw_reshape *r, qw_pass p)
 {
     double step = (p.to - p.from) / ROUNDS;
@@ -454,6 +458,8 @@ qw_trimesh qw_condensed_mesh(qw_env *env, const qw_trimesh *input, const qw_cens
     return mesh;
 }
 
+/* The working mesh: coarsened, cut, refined and smoothed. wanted: float[vertices] or NULL; base_target:
+ * float[vertices] or NULL. */
 static qw_working make_working(qw_env *env, const qw_trimesh *input, const qw_census *census, uint32_t least_faces,
                                const float *wanted, const float *base_target)
 {
