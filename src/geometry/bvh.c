@@ -134,6 +134,7 @@ static void nearest_on_sliver(dvec ab, dvec ac, dvec ap, double *v, double *w)
     if (offset2(ab, ac, ap, 1 - u, u) < best) *v = 1 - u, *w = u;
 }
 
+/* Takes the nearest point of a triangle if it is nearer than the best; of equal ones that of the lower number. */
 static void nearest_on(const triangle *t, qw_vec3 point, qw_hit *best)
 {
     dvec ab = between(t->a, t->b), ac = between(t->a, t->c), ap = between(t->a, point), n = dcross(ab, ac);
@@ -241,6 +242,7 @@ static void fill_discs(void *user, uint32_t block, uint32_t begin, uint32_t end)
     }
 }
 
+/* The smallest box of small integers around a direction. */
 static normal_box box_of_normal(qw_vec3 n)
 {
     const float by[3] = {STEEPEST * n.x, STEEPEST * n.y, STEEPEST * n.z};
@@ -752,6 +754,7 @@ qw_curve_tree *qw_curve_tree_of_quads(qw_env *env, const qw_quadmesh *quads)
     return built;
 }
 
+/* Takes the nearest point of a segment if it is nearer than the best; of equal ones that of the lower number. */
 static inline void try_segment(const segment *s, qw_vec3 point, qw_curve_hit *best)
 {
     dvec along = between(s->from, s->to), to = between(s->from, point);

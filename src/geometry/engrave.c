@@ -261,6 +261,7 @@ static void draw_step(graver *g, const stop *from, const stop *to, const qw_vec3
         g->number, g->point);
 }
 
+/* Draws a line from point to point into the surface, in pieces no longer than `step`. */
 static void engrave_one(graver *g, const qw_vec3 *point, uint32_t count, const qw_vec3 *normal, float step)
 {
     assert(count > 0 && step > 0);

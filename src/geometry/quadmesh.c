@@ -71,6 +71,7 @@ static uint32_t next_on_boundary(const qw_quadmesh *mesh, uint32_t h)
     return g;
 }
 
+/* How many boundary loops there are. */
 static int64_t count_loops(qw_env *env, const qw_quadmesh *mesh)
 {
     assert(mesh->twin);

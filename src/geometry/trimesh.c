@@ -20,6 +20,7 @@ void qw_trimesh_link(qw_env *env, qw_trimesh *mesh)
 
 /* ---- invariants */
 
+/* Fails where corners are out of range or repeated, twins do not agree, or marks differ on two sides. */
 static void validate_half_edges(qw_env *env, const qw_trimesh *mesh)
 {
     const uint32_t *corner = mesh->corner, *twin = mesh->twin;

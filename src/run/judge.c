@@ -118,6 +118,8 @@ static double count_misshapen(const qw_run_state *run, const qw_quadmesh *quads)
     return sizes.long_share * quads->face_count + RINGS * qw_count_lost_parts(run, quads);
 }
 
+/* What is uncovered or flipped after RELAX, of the best components of all rounds where they can be composed; and
+ * where that is. */
 static void judge_coverage(const qw_run_state *run, qw_rounds *rounds, qw_judgement *j)
 {
     qw_verdict *v = &j->verdict;

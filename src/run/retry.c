@@ -203,8 +203,11 @@ static qw_step with_other_size(const qw_history *h, uint32_t best)
     return step;
 }
 
+/* After SIMPLIFY: other sizes as long as the count converges, then cones beside corners, else on with the nearest
+ * count. */
 static qw_step after_simplify(const qw_history *h)
 {
+    assert(h->current < h->count);
     const qw_verdict *v = &current(h)->verdict;
     uint32_t round = round_begin(h), sizes = sizes_begin(h, round), best = nearest_count(h, round);
     if (qw_is_near_count(qw_faces_aimed_at(&h->request), v->faces, h->request.times_used) || v->faces < 1)
@@ -320,8 +323,10 @@ static qw_step after_relax(const qw_history *h)
 /* If there is no room for both sides, this share more quads is asked for; each further attempt doubles the share. */
 static const double MORE_ROOM = 0.02;
 
+/* After ASSEMBLE: more room for one side of a plane, then the next plane or none, else on. */
 static qw_step after_assemble(const qw_history *h)
 {
+    assert(h->count > 0);
     const qw_plan *p = &h->attempt[0].plan;
     const qw_verdict *v = &current(h)->verdict;
     qw_step step = {QW_RETRY_NO_ROOM, QW_NO_ATTEMPT, FIRST_PLAN};
@@ -367,8 +372,10 @@ static qw_stage loop_end(qw_stage back)
 
 static bool is_number(double x) { return x >= 0 && isfinite(x); }
 
+/* What of attempt i none can have, for dumps; NULL: nothing. */
 static const char *attempt_fault(const qw_history *h, uint32_t i, double largest_factor)
 {
+    assert(i < h->count && largest_factor >= 1);
     const qw_attempt *a = &h->attempt[i];
     const qw_plan *p = &a->plan;
     const qw_verdict *v = &a->verdict;

@@ -78,6 +78,7 @@ static qw_vec3 normal_around(const squaring *s, uint32_t v)
     return qw_normalize(sum);
 }
 
+/* The mean of the neighbours of v. *shortest: receives the shortest edge to one. */
 static qw_vec3 mean_neighbour(const squaring *s, uint32_t v, float *shortest)
 {
     assert(v < s->q->vertex_count);

@@ -5,6 +5,7 @@
 #include "geometry/engrave.h"
 #include "whole/sizes.h"
 
+#include <assert.h>
 #include <math.h>
 
 /* How far from the surface a point of a guide may lie, in edges of the quads that the surface is fine enough for: those
@@ -47,8 +48,10 @@ static qw_vec3 *points_in_frame(const qw_run_state *run)
 
 /* ---- on the surface */
 
+/* Fails where a point of a guide is further than MOST_OFF edges off the surface. */
 static void require_near(const qw_run_state *run, const qw_bvh *bvh, const qw_vec3 *point, double edge)
 {
+    assert(edge > 0);
     const qw_steering *s = &run->steering;
     double worst = 0;
     uint32_t guide = 0, number = 0;

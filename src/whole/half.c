@@ -29,6 +29,7 @@ static double length_of(const double *position, uint32_t a, uint32_t b)
     return fmax(fabs(p[0] - q[0]), fmax(fabs(p[1] - q[1]), fabs(p[2] - q[2])));
 }
 
+/* The height of each vertex above the plane; 0 for those that the plane nearly meets. */
 static void find_heights(cut *c)
 {
     const qw_trimesh *m = c->mesh;
@@ -196,6 +197,7 @@ static void take_face(cut *c, uint32_t f)
     if (count == 4) add_face(c, f, polygon[0], polygon[2], polygon[3]);
 }
 
+/* Takes over the marked edges of the half, cut where they cross the plane. */
 static void take_marks(cut *c)
 {
     const qw_trimesh *m = c->mesh;
@@ -317,6 +319,7 @@ static uint32_t reflected_half(const reflections *r, uint32_t h)
     return 4 * r->face[h / 4] + (3 - (h & 3u));
 }
 
+/* The twins of the half's quads and of their reflections. edge: uint8_t[half-edges], 1 where the two are joined. */
 static void link_halves(const reflections *r, const uint8_t *edge, uint32_t *twin)
 {
     assert(edge && r->half->twin);

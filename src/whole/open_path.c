@@ -113,6 +113,8 @@ static void add_row(qw_quadmesh *m, const uint32_t *step, uint32_t steps, const 
     }
 }
 
+/* Doubles the vertices along the path that ends at `end`, draws its two sides apart, and fills the gap with a row
+ * of quads. */
 static void draw_apart(path_search *s, uint32_t end)
 {
     assert(end < s->m->vertex_count);

@@ -92,6 +92,7 @@ typedef struct plane_search {
     float *distance;    /* float[JUDGED], of the two; REACH where there is none */
 } plane_search;
 
+/* Samples spread evenly over the area. */
 static void place_samples(plane_search *s)
 {
     assert(s->mesh->face_count > 0 && s->area_end);
@@ -111,8 +112,10 @@ static void place_samples(plane_search *s)
     }
 }
 
+/* Area, centre and diagonal of the surface. */
 static void measure_area(plane_search *s)
 {
+    assert(s->mesh->face_count > 0);
     const qw_trimesh *m = s->mesh;
     double sum = 0;
     qw_vec3 lo = {FLT_MAX, FLT_MAX, FLT_MAX}, hi = {-FLT_MAX, -FLT_MAX, -FLT_MAX};
@@ -137,6 +140,7 @@ typedef struct reflect_task {
     uint32_t step;
 } reflect_task;
 
+/* Reflects samples at the plane and looks for the surface near them. */
 static void reflect_samples(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -219,6 +223,7 @@ static qw_mirror_plane through_centre(const plane_search *s, const double normal
 
 static bool is_as_good(double gap, double best) { return gap <= AS_GOOD * best + AS_GOOD_GAP; }
 
+/* How long the line is along which the plane cuts the surface. */
 static double cut_length(const plane_search *s, const qw_mirror_plane *plane)
 {
     double sum = 0;

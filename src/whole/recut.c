@@ -82,6 +82,8 @@ static uint32_t rim_edge(const cutting *c, uint32_t from, uint32_t to)
     return i;
 }
 
+/* Where each vertex of the input is on the old rims, and which rim edges are shared by two polygons that are left
+ * out. */
 static void index_rims(cutting *c)
 {
     uint32_t all = c->old->begin[c->old->count];
@@ -273,6 +275,7 @@ static void space_out(cutting *c, const arc *a)
     }
 }
 
+/* The vertices of the new rims, arc by arc: those of the input where an arc keeps them, else spaced out evenly. */
 static void make_vertices(cutting *c)
 {
     c->vertex_count = 0, c->cut.made_count = 0;
@@ -345,8 +348,10 @@ static uint32_t cut_corners(cutting *c, uint32_t f, parting *p)
     return c->corner_count - first;
 }
 
+/* The area vector of a polygon, and its longest edge. */
 static void normal_of(const cutting *c, const uint32_t *corner, uint32_t n, double normal[3], double *longest)
 {
+    assert(n >= 3);
     const double *o = position_of(c, corner[0]);
     memset(normal, 0, 3 * sizeof *normal), *longest = 0;
     for (uint32_t k = 0; k < n; k++) {
@@ -402,8 +407,10 @@ static void blame(cutting *c, uint32_t f)
         }
 }
 
+/* Cuts polygon f, which lies beside a rim, to the new one; blames the arcs where that leaves it unsound. */
 static void cut_polygon(cutting *c, uint32_t f)
 {
+    assert(f < c->input->face_count);
     const qw_clean_input *in = c->input;
     uint32_t begin = in->face_begin[f], size = in->face_begin[f + 1] - begin, first = c->corner_count;
     double before[3], longest;

@@ -247,6 +247,7 @@ static void label_vertices(qw_env *env, const qw_offset_mesh *m, const pairing *
     qw_free(env, census.component);
 }
 
+/* Quads out of triangles of half a quad's area; what has none vanishes. In the current scope. */
 qw_extraction qw_extract_quads(qw_env *env, const qw_offset_mesh *m)
 {
     assert(m->face_count > 0 && m->edge_count > 0);

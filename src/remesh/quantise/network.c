@@ -99,6 +99,8 @@ static void join_ground(qw_env *env, qw_network *net)
     qw_free(env, grounded);
 }
 
+/* The network of a complex: a node for each row, and the ground; an arc for each variable that appears with both
+ * signs. */
 qw_network qw_network_build(qw_env *env, const qw_complex *c)
 {
     assert(c->edge && c->rot);

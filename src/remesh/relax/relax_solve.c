@@ -12,6 +12,8 @@ static uint32_t find_slot(const qw_relax_system *s, uint32_t v, uint32_t end, ui
     return end;
 }
 
+/* The sparse matrix of 2 by 2 blocks, one for each two vertices of a quad, with room for its solution. In the
+ * current scope. */
 qw_relax_system qw_relax_system_create(qw_env *env, const qw_quadmesh *quads, const uint32_t *begin,
                                        const uint32_t *around)
 {

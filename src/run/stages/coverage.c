@@ -191,6 +191,7 @@ static float grown_distance(const qw_run_state *run)
     return fminf(fmaxf((float)QW_SEEN_IN_OUTLINE, GROWN_DISTANCE * (float)run->rho), qw_uncovered_distance(run));
 }
 
+/* What is uncovered, how far tips are from the quads, and what both amount to in quads. */
 static faults find_faults(const qw_run_state *run, const qw_quadmesh *quads, const uint8_t *flipped)
 {
     qw_trimesh working = qw_parted_working(run);

@@ -116,6 +116,7 @@ static void let_rows_end(qw_run_state *run, const qw_hierarchy *hierarchy, const
     qw_free(env, slope), qw_free(env, other);
 }
 
+/* The cross at each vertex, by diffused curvature, along the surface and what was asked for. */
 void qw_stage_ORIENTATION(qw_run_state *run)
 {
     qw_env *env = run->env;
@@ -163,6 +164,7 @@ void qw_stage_POSITION(qw_run_state *run)
     free_hierarchy(run->env, hierarchy);
 }
 
+/* Integers on edges, out of crosses and, in the paper's flow, lattice points. */
 void qw_stage_OFFSETS(qw_run_state *run)
 {
     qw_vec3 *lattice = qw_is_closed_flow(&run->options) ? NULL : run->lattice;
@@ -204,6 +206,7 @@ static void judge_bent_curves(qw_run_state *run)
     }
 }
 
+/* Offsets that close around each triangle; says too whether there is less room than cones need. */
 void qw_stage_REGULAR(qw_run_state *run)
 {
     run->regular = qw_offset_branch(run->env, &run->offsets);
@@ -255,6 +258,8 @@ static qw_sat_effort sat_effort(const qw_run_state *run)
                : QW_SAT_FAR;
 }
 
+/* Splits long edges and removes inverted triangles, by single moves first, then by SAT, then with curves released.
+ * */
 void qw_stage_INVERSIONS(qw_run_state *run)
 {
     run->inversion_free = qw_offset_copy(run->env, &run->regular);

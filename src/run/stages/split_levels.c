@@ -341,8 +341,10 @@ static void fit_quads(leveling *l)
     qw_fit_quads(run->env, &l->quads, &fit);
 }
 
+/* Splits the quads as often as asked, each level put onto the shape. */
 static void split_all(leveling *l)
 {
+    assert(l->run->options.subdivide >= 0);
     qw_run_state *run = l->run;
     int64_t times = run->options.subdivide;
     bool is_fitted = run->options.fit_to == QW_FIT_TO_LIMIT; /* the limit is near: only the last level is put there */

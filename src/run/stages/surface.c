@@ -71,6 +71,7 @@ static void warn_of_cleaning(qw_run_state *run, const qw_clean_counts *c)
         qw_warn(run, "a one-sided component, such as a Moebius strip or a Klein bottle, was cut open along a seam");
 }
 
+/* The clean surface, or the skin around the input, and the report on what cleaning did. */
 void qw_stage_CLEAN(qw_run_state *run)
 {
     if (run->options.wrap) qw_wrap_whole(run);
@@ -94,6 +95,7 @@ void qw_stage_CLEAN(qw_run_state *run)
     qw_look_for_soup(run);
 }
 
+/* What is remeshed: all of the clean surface, or one side of a plane of symmetry. */
 void qw_stage_CORE(qw_run_state *run)
 {
     run->input = *run->whole.input, run->steering = *run->whole.steering;
@@ -250,6 +252,8 @@ static void condense(qw_run_state *run, double rho)
     qw_scope_end(env);
 }
 
+/* The core without small components, marked with feature edges and guides, coarser where it is much finer than the
+ * quads. */
 void qw_stage_SURFACE(qw_run_state *run)
 {
     qw_require_few_faces(run);
@@ -287,6 +291,7 @@ void qw_set_holds(qw_run_state *run)
     qw_free(run->env, cut), qw_free(run->env, reach);
 }
 
+/* Wanted sizes, the working mesh at them, which curves it can keep, and its normals. */
 void qw_stage_WORKING(qw_run_state *run)
 {
     qw_require_levels(run);
