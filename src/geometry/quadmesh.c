@@ -105,6 +105,7 @@ typedef struct spoke {
 /* Meets `to` from v by half-edge h of either direction; returns whether that is once more, or v itself. */
 static bool meets_again(const qw_quadmesh *mesh, uint32_t v, uint32_t to, uint32_t h, spoke *met, uint8_t *is_double)
 {
+    assert(v < mesh->vertex_count && h < 4 * mesh->face_count);
     if (to != v && met[to].from != v) {
         met[to] = (spoke){v, h};
         return false;

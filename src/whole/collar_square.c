@@ -60,6 +60,7 @@ static double badness(const squaring *s, const uint32_t *corner, qw_vec3 up)
    `reach`, or else the nearest. */
 static qw_spot on_surface(const squaring *s, uint32_t v, qw_vec3 p, qw_vec3 up, float reach)
 {
+    assert(v < s->q->vertex_count);
     uint32_t part = s->q->component[v], hint = s->hint[v];
     qw_hit hit = qw_bvh_nearest_of(s->tree, part, p, up, QW_SAME_SHEET, reach, hint);
     if (hit.face == QW_NONE) hit = qw_bvh_nearest_of(s->tree, part, p, qw_v3(0, 0, 0), -1, INFINITY, hint);

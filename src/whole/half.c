@@ -51,6 +51,7 @@ static void find_heights(cut *c)
    qw_trimesh_outgoing. */
 static uint32_t count_runs(const cut *c, uint32_t first)
 {
+    assert(first < 3 * c->mesh->face_count);
     const qw_trimesh *m = c->mesh;
     uint32_t runs = 0, h = first;
     bool was_up = false, first_is_up = false, any = false, closed = false;
@@ -110,6 +111,7 @@ static bool is_single(const cut *c, uint32_t v) { return c->single && c->single[
 /* Twice the area of the triangle, and that of its part above the plane. */
 static double area_of(const cut *c, uint32_t f, double *above)
 {
+    assert(f < c->mesh->face_count);
     const uint32_t *corner = c->mesh->corner + 3 * (size_t)f;
     double area = (double)qw_length(qw_face_cross(c->mesh, f)), h[3];
     int up = 0;
@@ -182,6 +184,7 @@ static void add_face(cut *c, uint32_t source, uint32_t x, uint32_t y, uint32_t z
 /* The part of the triangle above the plane: nothing, all of it, a triangle or a quad. */
 static void take_face(cut *c, uint32_t f)
 {
+    assert(f < c->mesh->face_count);
     const uint32_t *corner = c->mesh->corner + 3 * (size_t)f;
     uint32_t polygon[4], count = 0, up = 0, down = 0;
     for (uint32_t i = 0; i < 3; i++) up += c->height[corner[i]] > 0, down += c->height[corner[i]] < 0;

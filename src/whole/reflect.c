@@ -8,6 +8,7 @@
 #include "whole/half.h"
 #include "whole/half_rim.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -163,6 +164,7 @@ double qw_surplus_of_core(const qw_run_state *run, const qw_quadmesh *quads)
    its vertices stay. first: index of the first reflected vertex; those before it belong to the core. */
 static void follow_own_side(const qw_run_state *run, qw_quadmesh *quads, double *position, uint32_t first, float reach)
 {
+    assert(first <= quads->vertex_count);
     qw_env *env = run->env;
     const qw_frame *frame = &run->whole.clean.frame;
     qw_scope_begin(env);

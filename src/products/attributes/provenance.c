@@ -62,6 +62,7 @@ static void find_corner(origin_search *s, uint32_t h, qw_bvh_query *query, qw_ve
 /* hint: a triangle near the vertex, or QW_NONE. */
 static void find_vertex(origin_search *s, uint32_t v, uint32_t hint)
 {
+    assert(v < s->quads->vertex_count);
     qw_hit hit = {.face = QW_NONE};
     qw_bvh_query query = qw_query_of_quad(s->source, &s->origins, s->home[v]);
     query.point = s->quads->position[v], query.normal = s->normal[v], query.max_distance = s->vertex_reach[v];

@@ -291,6 +291,7 @@ static void settle_normals(carriage *c)
 /* Longest side of a quad in the texture, by the larger of its two differences. */
 static float texture_size(const carriage *c, uint32_t f)
 {
+    assert(f < c->quads->face_count);
     uint32_t n = c->out.components;
     const float *first = c->values + 4 * (size_t)f * n;
     float longest = 0;

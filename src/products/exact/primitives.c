@@ -379,6 +379,7 @@ static bool breaks_at(const finder *f, uint32_t h)
 /* Whether the surface goes on across h less bent than on one of its sides. */
 static bool ends_at(const finder *f, uint32_t h)
 {
+    assert(h < 3 * f->mesh->face_count);
     if (breaks_at(f, h)) return true;
     uint32_t own = f->facet[h / 3], other = f->facet[f->mesh->twin[h] / 3];
     double along[3];

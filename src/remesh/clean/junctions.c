@@ -117,6 +117,7 @@ static double distance2(const double *p, const double *q)
 /* The first of the open edges from v, in `along`. */
 static size_t first_along(const sewing *w, uint32_t v)
 {
+    assert(v < w->sheets->vertex_count);
     size_t begin = 0, end = 2 * (size_t)w->edges;
     while (begin < end) {
         size_t middle = begin + (end - begin) / 2;
@@ -129,6 +130,7 @@ static size_t first_along(const sewing *w, uint32_t v)
 /* Whether vertex v lies inside edge e, which another open edge from v goes along. */
 static bool lies_on(const sewing *w, const open_edge *e, uint32_t v)
 {
+    assert(v < w->sheets->vertex_count);
     double near2 = w->tolerance * w->tolerance, off;
     const double *p = point_of(w, v);
     if (v == e->from || v == e->to) return false;
@@ -236,6 +238,7 @@ static void put(pieces *p, uint32_t at, uint32_t a, uint32_t b, uint32_t c)
    stays the first. Returns the half-edge that the one after h has become. */
 static uint32_t split_at(const sewing *w, pieces *p, uint32_t number, uint32_t h)
 {
+    assert(h < 3 * p->count);
     const open_edge *e = &w->edge[number];
     uint32_t f = h / 3, from = p->corner[h], to = p->corner[qw_next(h)], apex = p->corner[qw_prev(h)];
     uint32_t last_of = p->of[qw_next(h)], first_of = p->of[qw_prev(h)], source = p->source[f], at = f;

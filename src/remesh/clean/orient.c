@@ -152,6 +152,7 @@ static pieces find_pieces(qw_env *env, qw_sheets *s, uint32_t *seams)
 /* Twice the face's area along its normal. */
 static void area_vector(const qw_sheets *s, uint32_t f, double *n)
 {
+    assert(f < s->face_count);
     const double *a = corner_point(s, 3 * (size_t)f), *b = corner_point(s, 3 * (size_t)f + 1),
                  *c = corner_point(s, 3 * (size_t)f + 2);
     double u[3], v[3];

@@ -93,6 +93,7 @@ static bool is_face_up(const qw_trimesh *m, const ring *r, uint32_t middle, uint
  */
 static bool reaches_middle(const qw_trimesh *m, const ring *r, uint32_t middle, uint32_t f)
 {
+    assert(f < m->face_count);
     for (int step = 0; step < MOST_STEPS; step++) {
         uint32_t out = QW_NONE;
         float farthest = 0;

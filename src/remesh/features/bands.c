@@ -109,6 +109,7 @@ static void add_pairs_at(finder *f, uint32_t u, uint32_t v)
 /* All at each neighbour of a vertex that lies on no curve against all at the others. */
 static void add_pairs_around(finder *f, uint32_t v)
 {
+    assert(v < f->mesh->vertex_count);
     const qw_trimesh *mesh = f->mesh;
     uint32_t first = f->outgoing[v], h = first;
     do {
@@ -159,6 +160,7 @@ static void make_bands(qw_env *env, finder *f)
 /* A band that ends at nodes u and v, by arcs from there; bands: none does. */
 static size_t band_at(const finder *f, uint32_t u, uint32_t v, bool joins)
 {
+    assert(u < f->mesh->vertex_count && v < f->mesh->vertex_count);
     uint32_t m = qw_curves_at(f->graph, f->mesh, f->outgoing, u, f->at[0]),
              n = qw_curves_at(f->graph, f->mesh, f->outgoing, v, f->at[1]);
     size_t first = f->bands;

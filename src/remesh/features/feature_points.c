@@ -56,6 +56,7 @@ static float rough_angle(float y, float x)
 /* Whether the angles around v leave too little for a tip, by a margin; never on curves. */
 static bool lacks_little(const tips *t, uint32_t v)
 {
+    assert(v < t->mesh->vertex_count);
     const qw_trimesh *mesh = t->mesh;
     uint32_t h = t->outgoing[v], corners = 0;
     qw_vec3 p = mesh->position[v];

@@ -71,6 +71,7 @@ static void join_edges(const builder *b)
 
 static void measure_edge(const builder *b, qw_feature_arc *arc, uint32_t h)
 {
+    assert(h < 3 * b->mesh->face_count);
     uint32_t t = b->mesh->twin[h];
     float length = qw_length(qw_edge_way(b->mesh, h));
     qw_vec3 n = qw_normalize(qw_face_cross(b->mesh, h / 3));

@@ -130,6 +130,7 @@ static double line_in(const sharpener *s, uint32_t f)
 /* Adds what the crease has in one triangle: the length of its line there, and the cuts at its edges. */
 static void add_triangle(const sharpener *s, uint32_t f, crease *c)
 {
+    assert(f < s->mesh->face_count);
     double length = line_in(s, f);
     c->component = s->census->component[f];
     c->length += length, c->edges += length / (double)s->sides.edge[s->mesh->corner[3 * f]];
@@ -379,6 +380,7 @@ static const double CROSSING_BEGIN = 0.02, CROSSING_END = 0.98;
    stays there. */
 static qw_vec3 crossing_of(const sharpener *s, uint32_t h)
 {
+    assert(h < 3 * s->mesh->face_count);
     uint32_t a = s->mesh->corner[h], b = s->mesh->corner[qw_next(h)];
     const qw_side_fit *both[2] = {side_of(s, a), side_of(s, b)};
     double fa = fabs(qw_height_over(both[1], s->position[a])), fb = fabs(qw_height_over(both[0], s->position[b]));
@@ -405,6 +407,7 @@ typedef struct moves {
 /* Whether the crease at the edge of h lies too far from it, or is none. */
 static bool is_off_band(const sharpener *s, uint32_t h)
 {
+    assert(h < 3 * s->mesh->face_count);
     double half = 0.5 * fitted_turn(s, h);
     if (2 * half > WALLS_TURN) return true;
     qw_vec3 a = s->mesh->position[s->mesh->corner[h]], ab = qw_sub(s->mesh->position[s->mesh->corner[qw_next(h)]], a);
@@ -458,6 +461,7 @@ static void mark_between(qw_edit *e, uint32_t a, uint32_t b)
    which the splits have left. m: the crossings, on the edges from corner i to the next. */
 static void cut_corner(const sharpener *s, qw_edit *e, uint32_t f, const uint32_t m[3])
 {
+    assert(f < s->mesh->face_count);
     const uint32_t *c = s->mesh->corner + 3 * (size_t)f;
     qw_vec3 sum = qw_add(qw_add(e->vertex[m[0]].position, e->vertex[m[1]].position), e->vertex[m[2]].position);
     uint32_t h = QW_NONE;

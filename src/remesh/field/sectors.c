@@ -64,6 +64,7 @@ static bool is_curve(const sectors *s, uint32_t h) { return qw_is_curve_edge(s->
 /* The vertex after v on a curve that came from `from`; QW_NONE past its end. */
 static uint32_t next_on_curve(const sectors *s, uint32_t from, uint32_t v)
 {
+    assert(v < s->mesh->vertex_count);
     uint32_t h = s->outgoing[v];
     do {
         uint32_t w = s->mesh->corner[qw_next(h)], back = qw_prev(h);
@@ -98,6 +99,7 @@ static void tilt_curve(const sectors *s, uint32_t corner, uint32_t v, float angl
    long enough. */
 static void tilt_apart(const sectors *s, uint32_t corner, uint32_t v, uint32_t w, float angle, uint32_t least_length)
 {
+    assert(v < s->mesh->vertex_count && w < s->mesh->vertex_count);
     uint32_t lengths[2] = {curve_length(s, corner, v), curve_length(s, corner, w)},
              shorter = lengths[lengths[1] < lengths[0]];
     if (shorter < least_length) return;
@@ -118,6 +120,7 @@ static void count_sector(sectors *s, uint32_t corner, uint32_t first, uint32_t b
 {
     assert(corner < s->mesh->vertex_count);
     (void)corner, (void)back;
+    assert(first < 3 * s->mesh->face_count);
     if (is_between(angle, LEAST_WIDE, MOST_WIDE)) return;
     float quarters = angle / (90 * RADIANS), whole = (float)qw_round_even(quarters);
     if (quarters > 1 && fabsf(quarters - whole) > TIE) return;
@@ -128,6 +131,7 @@ static void count_sector(sectors *s, uint32_t corner, uint32_t first, uint32_t b
 static void tilt_sector(sectors *s, uint32_t corner, uint32_t first, uint32_t back, float angle)
 {
     assert(corner < s->mesh->vertex_count);
+    assert(first < 3 * s->mesh->face_count);
     const qw_trimesh *mesh = s->mesh;
     bool at_boundary = mesh->twin[first] == QW_NONE && mesh->twin[back] == QW_NONE;
     uint32_t v = mesh->corner[qw_next(first)], w = mesh->corner[back];

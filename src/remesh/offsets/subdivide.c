@@ -69,6 +69,7 @@ static uint32_t add_midpoint(qw_env *env, qw_offset_mesh *m, room *r, uint32_t h
 static uint32_t add_edge(qw_env *env, qw_offset_mesh *m, room *r, uint32_t half, qw_int2 d, uint8_t fixed, qw_vec3 axis,
                          qw_vec3 side)
 {
+    assert(half < 3 * m->face_count);
     grow_edges(env, m, r);
     uint32_t e = m->edge_count++;
     m->half[e] = half;

@@ -24,6 +24,7 @@ static uint32_t across_flat(const qw_offset_mesh *m, uint32_t h)
  * edge was crossed). */
 static uint32_t far_side(const qw_offset_mesh *m, const uint8_t *has_area, uint32_t h, uint8_t *mark)
 {
+    assert(h < 3 * m->face_count);
     uint32_t limit = 3 * m->face_count;
     *mark |= m->mark[h];
     for (uint32_t t = m->twin[h]; t != QW_NONE && limit-- > 0;) {

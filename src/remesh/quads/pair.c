@@ -400,6 +400,7 @@ static uint32_t put_vertex(qw_quadmesh *q, qw_vec3 position, uint8_t kind, uint3
 /* Vertex at the middle of h's edge, made on the first visit from either side. */
 static uint32_t middle_of(const qw_edit *e, uint32_t h, uint32_t *middle, qw_quadmesh *q)
 {
+    assert(h < 4 * e->face_count);
     const qw_edit_vertex *a = &e->vertex[qw_edit_tail(e, h)], *b = &e->vertex[qw_edit_head(e, h)];
     uint32_t twin = qw_edit_twin(e, h);
     bool curve = qw_edit_on_curve(e, h) && a->kind && b->kind;

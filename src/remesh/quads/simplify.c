@@ -83,6 +83,7 @@ static const float NEARLY_ROUND = 5.5f;
 /* How many quads a sector around v should have: between two curves, or `whole`, all around. angle: its, in radians. */
 static int32_t ideal_of(const qw_quadmesh *m, uint32_t v, bool whole, float angle)
 {
+    assert(v < m->vertex_count);
     if (whole)
         return m->kind[v] == QW_VERTEX_CORNER && angle < NEARLY_ROUND
                    ? (int32_t)fmaxf(3, (float)qw_round_away(angle / QUARTER_TURN))
@@ -104,6 +105,7 @@ static int32_t cost_of(int32_t off)
    degrees, or a crease. */
 static int32_t excess(const qw_quadmesh *m, const uint32_t *out, uint32_t v)
 {
+    assert(v < m->vertex_count);
     uint32_t first = out[v], h = first, n = 0, curves = 0;
     do {
         if (on_curve(m, h)) curves++, first = h; /* begin at a curve if there is one */
@@ -174,6 +176,7 @@ static bool make(simplifier *s, qw_quad_move mv)
    are so many that counting them anew takes long. */
 static uint32_t quads_at_plain(const qw_quadmesh *m, const uint32_t *out, uint32_t v)
 {
+    assert(v < m->vertex_count);
     uint32_t h = out[v], n = 0;
     if (m->kind[v] == QW_VERTEX_CORNER) return 0;
     do {

@@ -35,6 +35,7 @@ static unsigned axis_of(const qw_offset_mesh *m, uint32_t h, unsigned turn)
 static uint32_t follow(const qw_offset_mesh *m, const uint32_t *outgoing, qw_env *env, qw_star *star, uint32_t h,
                        uint32_t *path, uint32_t *edges)
 {
+    assert(h < 3 * m->face_count);
     uint32_t count = 0;
     path[count++] = m->corner[h];
     for (;;) {

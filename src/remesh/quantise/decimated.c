@@ -97,6 +97,7 @@ static uint8_t seen_from(uint8_t bits, unsigned turn)
 /* What the vertex of the fan may do: 0 nothing, 1 go anywhere, 2 go along constrained or boundary edges only. */
 static int freedom(const collapse *c, uint32_t v)
 {
+    assert(v < c->m->vertex_count);
     if (c->m->constraint[v] == QW_VERTEX_CORNER || c->total_turn != 0) return 0;
     uint32_t constrained = 0;
     uint8_t axis = 0;
@@ -182,6 +183,7 @@ static void record(qw_env *env, collapse *c, qw_decimation_step step)
 /* Removes the triangle of h, whose offset is zero: its other two edges become one. */
 static void fold(qw_env *env, collapse *c, uint32_t h)
 {
+    assert(h < 3 * c->m->face_count);
     uint32_t hb = qw_next(h), hc = qw_prev(h), b = c->edge[hb], kept = c->edge[hc];
     uint32_t from = across(c, hb), to = across(c, hc);
     unsigned turn = (unsigned)(c->rot[hc] + 6 - c->rot[hb]) & 3u;

@@ -34,6 +34,7 @@ static qw_vec3 face_normal(const qw_offset_mesh *m, uint32_t f)
 static uint32_t exit_of(const qw_offset_mesh *m, uint32_t f, uint32_t entry, qw_vec3 normal, qw_vec3 p, qw_vec3 d,
                         float *t)
 {
+    assert(f < m->face_count);
     uint32_t best = QW_NONE;
     *t = INFINITY;
     for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {

@@ -47,7 +47,6 @@ static combination *make_combinations(qw_env *env, const qw_search *s, int count
 /* Runs the trials of some combinations of sizes side by side, and judges each combination by its sum. */
 static void run_combinations(qw_env *env, const qw_search *s, combination *some, int count)
 {
-    assert(count > 0);
     uint32_t n = s->components->count;
     qw_trial **list = QW_NEW(env, qw_trial *, (size_t)count * n);
     for (size_t i = 0; i < (size_t)count * n; i++) list[i] = &some[i / n].trial[i % n];

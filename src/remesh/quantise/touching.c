@@ -75,6 +75,7 @@ static void join(qw_env *env, points *p, uint32_t a, uint32_t b, uint32_t face, 
    together have as many steps. */
 static void fold(qw_env *env, points *p, uint32_t f)
 {
+    assert(f < p->c->face_count);
     const qw_complex *c = p->c;
     uint32_t longest = 3 * f;
     for (uint32_t h = 3 * f + 1; h < 3 * f + 3; h++)

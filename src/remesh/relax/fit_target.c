@@ -76,6 +76,7 @@ static qw_vec3 middle_of(const qw_quadmesh *q, uint32_t f)
 /* Where the planes of the target around v meet; v itself where one is missing or the place is too far off. */
 static qw_vec3 target_vertex(const putting *t, uint32_t v, uint32_t *hint)
 {
+    assert(v < t->quads->vertex_count);
     const qw_quadmesh *q = t->quads;
     const qw_fit_target *m = t->target;
     planes s = {.count = 0};

@@ -248,6 +248,7 @@ static bool is_straight(const curve_set *c, uint32_t v, uint32_t next, float len
 /* Whether surface vertex v, between two curve edges, is a kink for quads of a size. */
 static bool is_kink(const curve_set *c, uint32_t v, float size)
 {
+    assert(v < c->surface->vertex_count);
     if (c->ends[v].count != 2) return false;
     const uint32_t *other = c->ends[v].other;
     const qw_vec3 *p = c->surface->position;
@@ -258,6 +259,7 @@ static bool is_kink(const curve_set *c, uint32_t v, float size)
 
 static bool is_on_side(const curve_set *c, uint32_t v, qw_vec3 place, float size)
 {
+    assert(v < c->surface->vertex_count);
     for (int i = 0; i < 2; i++) {
         qw_vec3 at = c->surface->position[v], d = qw_sub(place, at),
                 along = qw_normalize(qw_sub(c->surface->position[c->ends[v].other[i]], at));

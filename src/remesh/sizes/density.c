@@ -35,6 +35,7 @@ enum { SUMS = sizeof(cell_sums) / sizeof(float) };
 
 static void add_face(const qw_trimesh *m, const uint32_t *cell, uint32_t f, cell_sums *sums)
 {
+    assert(f < m->face_count);
     qw_vec3 cross = qw_face_cross(m, f);
     float third = qw_length(cross) / 6;
     for (uint32_t i = 0; i < 3; i++) {

@@ -102,6 +102,7 @@ typedef struct tensor {
    it turns by more than any tube of five sides: that is an edge, which quads keep at any size. */
 static float turn_at(const qw_trimesh *m, uint32_t h)
 {
+    assert(h < 3 * m->face_count);
     uint32_t t = m->twin[h];
     qw_vec3 one = qw_normalize(qw_face_cross(m, h / 3)), other = qw_normalize(qw_face_cross(m, t / 3)),
             along = qw_edge_way(m, h), c = qw_cross(one, other);

@@ -65,6 +65,7 @@ static uint8_t first_level(const clustering *c, uint32_t v)
 /* A hash of the cell. Two cells may share one: vertices of both are then in one cluster only if that is a good one. */
 static uint32_t key_of(const clustering *c, uint32_t v)
 {
+    assert(v < c->input->vertex_count);
     double cells = (double)(UINT32_C(1) << c->level[v]) / (double)c->largest;
     qw_vec3 p = c->input->position[v];
     uint64_t x = (uint64_t)(int64_t)qw_floor((double)p.x * cells), y = (uint64_t)(int64_t)qw_floor((double)p.y * cells),
@@ -165,6 +166,7 @@ typedef struct fan_sums {
 /* Adds the triangles around v: those inside its cluster, and their normals. */
 static void add_fan(const clustering *c, uint32_t v, fan_sums *sums)
 {
+    assert(v < c->input->vertex_count);
     const qw_trimesh *m = c->input;
     uint32_t h = c->out[v], own = c->of[v];
     do {

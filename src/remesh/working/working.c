@@ -116,6 +116,7 @@ static uint32_t walk_curve(const qw_trimesh *mesh, const qw_curve_ends *ends, ui
    scanned boundary from being held for corners. */
 static qw_vertex_kind kind_of(const qw_trimesh *mesh, const qw_curve_ends *ends, uint32_t v, float target)
 {
+    assert(v < mesh->vertex_count);
     if (ends[v].count == 0) return QW_VERTEX_FREE;
     if (!qw_is_curve_corner(mesh, ends, v, KEPT_COSINE)) return QW_VERTEX_CURVE;
     if (qw_curves_end_at(&ends[v])) return QW_VERTEX_CORNER;
