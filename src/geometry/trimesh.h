@@ -46,6 +46,12 @@ typedef struct qw_frame {
     double scale;
 } qw_frame;
 
+static inline qw_vec3 qw_in_frame(const qw_frame *frame, const double p[3])
+{
+    return qw_v3((float)((p[0] - frame->center[0]) * frame->scale), (float)((p[1] - frame->center[1]) * frame->scale),
+                 (float)((p[2] - frame->center[2]) * frame->scale));
+}
+
 /* Finds twin from corner. Fails with QW_INTERNAL where an edge has more than two sides or two of the same direction. */
 void qw_trimesh_link(qw_env *env, qw_trimesh *mesh);
 

@@ -7,6 +7,7 @@
 #include "geometry/bvh.h"
 #include "remesh/clean/marks.h"
 #include "whole/half.h"
+#include "whole/one_sided.h"
 
 #include <assert.h>
 #include <math.h>
@@ -25,13 +26,8 @@ static const char OTHER_TOPOLOGY[] =
 static const char NOT_USED[] =
     "the two sides of the plane of symmetry have different holes, handles or parts: it was not used";
 static const char NO_ROOM[] =
-    "so few quads have no room for both sides of a part at the plane of symmetry: it was not used";
-
-static qw_vec3 in_frame(const qw_frame *frame, const double p[3])
-{
-    return qw_v3((float)((p[0] - frame->center[0]) * frame->scale), (float)((p[1] - frame->center[1]) * frame->scale),
-                 (float)((p[2] - frame->center[2]) * frame->scale));
-}
+    "the two sides are not alike enough for one set of quads, or so few have no room for both at the plane of "
+    "symmetry: it was not used";
 
 /* ---- planes */
 
@@ -39,6 +35,7 @@ static bool is_auto(const qw_run_state *run) { return run->options.symmetry == Q
 
 static bool is_one_sided(const qw_run_state *run) { return run->whole.clean.counts.one_sided_seam_edges > 0; }
 
+/* The planes of symmetry to be tried: the one that was given, or those that are found. Returns how many. */
 static uint32_t find_planes(const qw_run_state *run, qw_mirror_search found[QW_MOST_PLANES])
 {
     const qw_options *o = &run->options;
@@ -62,15 +59,6 @@ static void report_plane(qw_report *report, const qw_mirror_search *found, bool 
     report->plane_z = is_used ? found->plane.normal[2] : 0, report->plane_offset = is_used ? found->plane.offset : 0;
 }
 
-static void warn_of_gap(qw_run_state *run, double gap)
-{
-    char text[sizeof run->report->warnings[0]];
-    snprintf(text, sizeof text,
-             "no plane of symmetry was found: about the best, the surface is off by %.2g of its diagonal in the mean",
-             gap);
-    qw_warn(run, text);
-}
-
 /* ---- components without a twin */
 
 /* The clean surface and the components of it that lie off the plane. */
@@ -90,6 +78,7 @@ static bool is_off(const twins *t, uint32_t c)
     return t->low[c] > near || t->high[c] < -near;
 }
 
+/* How far each component reaches to both sides of the plane, and how large it is. */
 static void measure_components(twins *t)
 {
     const qw_trimesh *m = &t->run->whole.clean.mesh;
@@ -122,7 +111,7 @@ static qw_trimesh off_plane(const twins *t, uint32_t **face)
     qw_trimesh off = {.vertex_count = m->vertex_count};
     qw_vec3 *position = QW_NEW(env, qw_vec3, m->vertex_count);
     for (uint32_t v = 0; v < m->vertex_count; v++)
-        position[v] = in_frame(&t->run->whole.clean.frame, t->position + 3 * (size_t)v);
+        position[v] = qw_in_frame(&t->run->whole.clean.frame, t->position + 3 * (size_t)v);
     off.position = position, off.corner = QW_NEW(env, uint32_t, 3 * (size_t)m->face_count);
     *face = QW_NEW(env, uint32_t, m->face_count);
     for (uint32_t f = 0; f < m->face_count; f++) {
@@ -144,10 +133,11 @@ static void count_found(twins *t)
     for (uint32_t h = 0; h < 3 * off.face_count; h++) {
         uint32_t c = component[face[h / 3]];
         double p[3];
-        qw_break_silence(t->run->env);
+        qw_heartbeat(t->run->env);
         qw_reflect(t->plane, t->position + 3 * (size_t)off.corner[h], p);
         float reach = (float)fmin(NEARLY, TWIN * t->extent[c]);
-        qw_hit hit = qw_bvh_nearest(tree, in_frame(&t->run->whole.clean.frame, p), qw_v3(0, 0, 0), -1, reach, QW_NONE);
+        qw_hit hit = qw_bvh_nearest(tree, qw_in_frame(&t->run->whole.clean.frame, p), qw_v3(0, 0, 0), -1, reach,
+                                    QW_NONE);
         t->samples[c]++;
         if (hit.face == QW_NONE) continue;
         uint32_t d = component[face[hit.face]];
@@ -199,7 +189,8 @@ typedef struct side {
     uint8_t *single_vertex;
 } side;
 
-/* other: as of qw_cut_half. */
+/* Cuts the clean surface at the plane, with marks; components without a twin on the other side stay whole. other: as
+   of qw_cut_half. */
 static side cut_surface(const qw_run_state *run, const qw_mirror_plane *plane, bool other)
 {
     qw_env *env = run->env;
@@ -219,6 +210,7 @@ static side cut_surface(const qw_run_state *run, const qw_mirror_plane *plane, b
     return s;
 }
 
+/* The painted density at the vertices of one side; NULL: none was painted. */
 static qw_density *density_of(const qw_run_state *run, const qw_half *half)
 {
     if (!run->whole.input->density) return NULL;
@@ -232,6 +224,7 @@ static qw_density *density_of(const qw_run_state *run, const qw_half *half)
     return density;
 }
 
+/* One side of the plane as an input of its own. */
 static qw_clean_input input_of(const qw_run_state *run, const qw_half *half)
 {
     uint32_t *begin = QW_NEW(run->env, uint32_t, (size_t)half->face_count + 1);
@@ -302,8 +295,10 @@ static void reflect_guide(folding *f, uint32_t begin, uint32_t end)
     }
 }
 
+/* Cuts a guide at the plane and keeps the stretches above it; one that lies wholly below is reflected. */
 static void fold_guide(folding *f, uint32_t guide)
 {
+    assert(guide < f->from->guide_count);
     uint32_t begin = f->from->guide_begin[guide], end = f->from->guide_begin[guide + 1];
     bool is_beyond = true;
     for (uint32_t i = begin; i < end; i++) is_beyond &= height_of(f, i) <= 0;
@@ -312,7 +307,7 @@ static void fold_guide(folding *f, uint32_t guide)
         const double *p = f->from->guide_point + 3 * (size_t)i;
         double a = height_of(f, i), b = i + 1 < end ? height_of(f, i + 1) : a;
         if (a >= 0) put_point(f, p);
-        if (a * b < 0) put_crossing(f, p, a, p + 3, b);
+        if ((a > 0 && b < 0) || (a < 0 && b > 0)) put_crossing(f, p, a, p + 3, b);
         if (b < 0) end_stretch(f, guide);
     }
     end_stretch(f, guide);
@@ -368,6 +363,7 @@ static void take_half(qw_run_state *run, const qw_half *half)
     run->faces_needed = qw_faces_needed(env, &run->clean.mesh, &run->clean_census);
 }
 
+/* Makes one side of the plane the core: surface, counts, steering, and what both sides together are to be. */
 static void take_side(qw_run_state *run, const side *s, const qw_mirror_search *found, uint32_t number)
 {
     const qw_half *half = &s->half;
@@ -432,19 +428,45 @@ static bool use_plane(qw_run_state *run, const qw_mirror_search *found, uint32_t
     return true;
 }
 
-void qw_take_one_side(qw_run_state *run)
+/* A surface that is not symmetric is no fault: where the plane was only looked for, the log says why none is used. */
+static void log_not_used(const qw_run_state *run, const char *why) { qw_log(run->env, QW_LOG_DEBUG, "%s", why); }
+
+/* Whether the quads are steered alike on both sides of the plane; else a warning says what is not. */
+static bool is_steered_alike(qw_run_state *run, const qw_mirror_plane *plane)
+{
+    char text[sizeof run->report->warnings[0]];
+    const char *what = qw_one_sided_steering(run, plane);
+    if (!what) return true;
+    snprintf(text, sizeof text, "the surface is symmetric and %s are not: both sides are remeshed by themselves", what);
+    qw_warn(run, text);
+    return false;
+}
+
+static void take_one_side_if_alike(qw_run_state *run)
 {
     qw_mirror_search found[QW_MOST_PLANES];
-    uint32_t count = find_planes(run, found), first = run->plan.plane;
-    if (!is_auto(run)) {
-        use_plane(run, &found[0], 0);
+    if (is_one_sided(run)) {
+        log_not_used(run, ONE_SIDED);
         return;
     }
-    bool is_near = !is_one_sided(run) && found[0].most <= NEARLY;
+    uint32_t count = find_planes(run, found);
     report_plane(run->report, &found[0], false);
-    if (is_one_sided(run)) qw_warn(run, ONE_SIDED);
-    else if (!is_near) warn_of_gap(run, found[0].gap);
-    for (uint32_t i = first; is_near && i < count && found[i].most <= NEARLY; i++)
-        if (use_plane(run, &found[i], i)) return;
-    if (is_near) qw_warn(run, first > 0 ? NO_ROOM : NOT_USED);
+    if (found[0].most > NEARLY) {
+        log_not_used(run, "no plane of symmetry was found");
+        return;
+    }
+    for (uint32_t i = run->plan.plane; i < count && found[i].most <= NEARLY; i++)
+        if (!is_steered_alike(run, &found[i].plane) || use_plane(run, &found[i], i)) return;
+    log_not_used(run, run->plan.plane > 0 ? NO_ROOM : NOT_USED);
+}
+
+void qw_take_one_side(qw_run_state *run)
+{
+    if (is_auto(run)) {
+        take_one_side_if_alike(run);
+        return;
+    }
+    qw_mirror_search found[QW_MOST_PLANES];
+    find_planes(run, found);
+    use_plane(run, &found[0], 0);
 }

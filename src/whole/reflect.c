@@ -8,6 +8,7 @@
 #include "whole/half.h"
 #include "whole/half_rim.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -48,6 +49,7 @@ static bool mark_narrow(qw_env *env, qw_quadmesh *quads, const qw_rim *rim, uint
     return any;
 }
 
+/* A copy of the quads in arrays of its own. */
 static qw_quadmesh copy_of(qw_env *env, const qw_quadmesh *q)
 {
     qw_quadmesh copy = {.vertex_count = q->vertex_count, .face_count = q->face_count};

@@ -4,6 +4,7 @@
  */
 #include "run/stages/other_side.h"
 
+#include "geometry/flips.h"
 #include "geometry/sampled_surface.h"
 #include "remesh/quads/uncovered.h"
 #include "remesh/relax/fit.h"
@@ -11,10 +12,10 @@
 #include "run/stages/split_levels.h"
 #include "run/stages/stages.h"
 #include "whole/mirror.h"
+#include "whole/sizes.h"
 
 #include <assert.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* Points of each side whose distances from the quads are compared. */
@@ -22,11 +23,14 @@ enum { JUDGED = 4096 };
 /* The other side may be so much farther from its quads than the core's side is from its own, in the mean and at 99.9 %,
    and by so much of a mean edge besides. */
 static const double NEARLY_AS_NEAR = 1.1, NEAR_ENOUGH = 0.02, MOSTLY = 0.999;
+/* In quads, what may be uncovered besides. */
+static const double UNCOVERED = 0.1;
 
 typedef struct other_side {
     const qw_run_state *run;
     qw_run_state side; /* what the run would hold, were this side the core */
     qw_quadmesh quads;
+    uint32_t flipped;
     uint8_t *held; /* uint8_t[quads.vertex_count]: lies in the plane, or belongs to no component of this side */
 } other_side;
 
@@ -124,6 +128,7 @@ static void relax(other_side *o)
     qw_vec3 *relaxed = qw_relax(&o->side, &o->quads, o->held, &flipped).position, *was = o->quads.position;
     for (uint32_t v = 0; v < o->quads.vertex_count; v++)
         if (o->held[v]) relaxed[v] = was[v];
+    for (uint32_t f = 0; f < o->quads.face_count; f++) o->flipped += flipped[f] == QW_FLIPPED;
     o->quads.position = relaxed;
     const qw_fit fit = {.tree = o->side.tree, .strength = (float)run->options.fit};
     if (run->options.fit > 0 && run->options.fit_to != QW_FIT_TO_LIMIT) qw_fit_quads(run->env, &o->quads, &fit);
@@ -164,6 +169,24 @@ static bool is_as_near(double other, double core, double edge)
     return other <= NEARLY_AS_NEAR * core + NEAR_ENOUGH * edge;
 }
 
+/* Whether more of the other side's surface than of the core's is far from every quad, as a lost tip is. */
+static bool leaves_more_uncovered(const other_side *o, const qw_quadmesh *quads)
+{
+    qw_env *env = o->run->env;
+    const qw_trimesh *mesh[2] = {&o->run->surface, &o->side.surface};
+    const qw_quadmesh *of[2] = {quads, &o->quads};
+    double area[2] = {0};
+    qw_scope_begin(env);
+    for (int i = 0; i < 2; i++) {
+        qw_halves halves = qw_halve_quads(env, of[i]);
+        const uint8_t *is_far = qw_mark_uncovered(env, mesh[i], &halves, qw_uncovered_distance(o->run));
+        for (uint32_t h = 0; h < 3 * mesh[i]->face_count; h++)
+            if (is_far[mesh[i]->corner[h]]) area[i] += (double)qw_length(qw_face_cross(mesh[i], h / 3));
+    }
+    qw_scope_end(env);
+    return area[1] > area[0] && qw_in_quads(o->run, area[1] - area[0]) > UNCOVERED;
+}
+
 static bool judge(const other_side *o, const qw_quadmesh *quads)
 {
     const qw_run_state *run = o->run;
@@ -171,7 +194,8 @@ static bool judge(const other_side *o, const qw_quadmesh *quads)
              other = nearness_of(run->env, &o->side.clean.mesh, &o->quads);
     qw_log(run->env, QW_LOG_DEBUG, "the other side is off by %.3f and %.3f edges, the core by %.3f and %.3f",
            other.mean / run->rho, other.far / run->rho, core.mean / run->rho, core.far / run->rho);
-    return is_as_near(other.mean, core.mean, run->rho) && is_as_near(other.far, core.far, run->rho);
+    return o->flipped == 0 && is_as_near(other.mean, core.mean, run->rho) &&
+           is_as_near(other.far, core.far, run->rho) && !leaves_more_uncovered(o, quads);
 }
 
 double *qw_place_other_side(const qw_run_state *run, const qw_quadmesh *quads, const uint8_t *sewn, bool *suits)
@@ -182,7 +206,7 @@ double *qw_place_other_side(const qw_run_state *run, const qw_quadmesh *quads, c
     if (!prepare_surface(&o)) return NULL;
     take_quads(&o, quads, sewn);
     relax(&o);
-    *suits = judge(&o, quads) || getenv("ACCEPT");
+    *suits = judge(&o, quads);
     double *place = QW_NEW(run->env, double, 3 * (size_t)quads->vertex_count);
     for (uint32_t v = 0; v < quads->vertex_count; v++) {
         double p[3];

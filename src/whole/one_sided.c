@@ -1,0 +1,133 @@
+#include "whole/one_sided.h"
+
+#include "geometry/bvh.h"
+#include "remesh/sizes/painted.h"
+#include "whole/kept_rims.h"
+
+#include <math.h>
+
+/* What is drawn by hand on both sides is alike within this share of the diagonal; what must be met vertex by vertex
+   within the second; densities within the third of their mean. */
+static const float DRAWN_ALIKE = 5e-3f, VERTEX_ALIKE = 1e-5f;
+static const double DENSITY_ALIKE = 0.05;
+
+static qw_vec3 reflected_in_frame(const qw_run_state *run, const qw_mirror_plane *plane, const double p[3])
+{
+    double q[3];
+    qw_reflect(plane, p, q);
+    return qw_in_frame(&run->whole.clean.frame, q);
+}
+
+/* Segments between points of the input, and whether the reflection of each end and middle lies on one. */
+typedef struct segments {
+    const qw_run_state *run;
+    const qw_mirror_plane *plane;
+    uint32_t count;
+    qw_vec3 *from, *to; /* in the frame */
+    qw_vec3 *mirrored_from, *mirrored_to;
+} segments;
+
+static segments begin_segments(const qw_run_state *run, const qw_mirror_plane *plane, size_t most)
+{
+    qw_env *env = run->env;
+    return (segments){.run = run,
+                      .plane = plane,
+                      .from = QW_NEW(env, qw_vec3, most),
+                      .to = QW_NEW(env, qw_vec3, most),
+                      .mirrored_from = QW_NEW(env, qw_vec3, most),
+                      .mirrored_to = QW_NEW(env, qw_vec3, most)};
+}
+
+static void add_segment(segments *s, const double *p, const double *q)
+{
+    const qw_frame *frame = &s->run->whole.clean.frame;
+    s->from[s->count] = qw_in_frame(frame, p), s->to[s->count] = qw_in_frame(frame, q);
+    s->mirrored_from[s->count] = reflected_in_frame(s->run, s->plane, p);
+    s->mirrored_to[s->count++] = reflected_in_frame(s->run, s->plane, q);
+}
+
+static bool are_alike(const segments *s, float near)
+{
+    if (s->count == 0) return true;
+    const qw_curve_tree *tree = qw_curve_tree_build(s->run->env, s->from, s->to, s->count);
+    for (uint32_t i = 0; i < s->count; i++) {
+        qw_vec3 middle = qw_scale(qw_add(s->mirrored_from[i], s->mirrored_to[i]), 0.5f);
+        qw_heartbeat(s->run->env);
+        if (qw_curve_nearest(tree, s->mirrored_from[i], near).segment == QW_NONE ||
+            qw_curve_nearest(tree, middle, near).segment == QW_NONE ||
+            qw_curve_nearest(tree, s->mirrored_to[i], near).segment == QW_NONE)
+            return false;
+    }
+    return true;
+}
+
+static bool marks_are_alike(const qw_run_state *run, const qw_mirror_plane *plane)
+{
+    const qw_clean_input *in = run->whole.input;
+    if (!run->options.keep_marks && !run->options.sharp_marks) return true;
+    segments s = begin_segments(run, plane, in->mark_count);
+    for (uint32_t i = 0; i < in->mark_count; i++)
+        add_segment(&s, in->position + 3 * (size_t)in->mark[2 * (size_t)i],
+                    in->position + 3 * (size_t)in->mark[2 * (size_t)i + 1]);
+    return are_alike(&s, DRAWN_ALIKE);
+}
+
+static bool guides_are_alike(const qw_run_state *run, const qw_mirror_plane *plane)
+{
+    const qw_steering *st = run->whole.steering;
+    if (st->guide_count == 0) return true;
+    segments s = begin_segments(run, plane, st->guide_begin[st->guide_count]);
+    for (uint32_t g = 0; g < st->guide_count; g++)
+        for (uint32_t i = st->guide_begin[g]; i + 1 < st->guide_begin[g + 1]; i++)
+            add_segment(&s, st->guide_point + 3 * (size_t)i, st->guide_point + 3 * (size_t)i + 3);
+    return are_alike(&s, DRAWN_ALIKE);
+}
+
+static bool boundaries_are_alike(const qw_run_state *run, const qw_mirror_plane *plane)
+{
+    const qw_trimesh *m = &run->whole.clean.mesh;
+    if (!qw_keeps_rims(run)) return true;
+    uint32_t count = 0;
+    for (uint32_t h = 0; h < 3 * m->face_count; h++) count += m->twin[h] == QW_NONE;
+    segments s = begin_segments(run, plane, count);
+    for (uint32_t h = 0; h < 3 * m->face_count; h++) {
+        double p[3];
+        if (m->twin[h] != QW_NONE) continue;
+        qw_place_in_input(&run->whole.clean, m->position[m->corner[h]], p);
+        add_segment(&s, p, p);
+    }
+    return are_alike(&s, VERTEX_ALIKE);
+}
+
+static bool densities_are_alike(const qw_run_state *run, const qw_mirror_plane *plane)
+{
+    const qw_trimesh *m = &run->whole.clean.mesh;
+    qw_env *env = run->env;
+    if (!run->whole.input->density) return true;
+    const qw_density *density = qw_painted_at_clean(env, run->whole.input, &run->whole.clean);
+    const qw_bvh *tree = qw_bvh_build(env, m);
+    double off = 0, all = 0;
+    for (uint32_t v = 0; v < m->vertex_count; v++) {
+        double p[3];
+        qw_heartbeat(env);
+        qw_place_in_input(&run->whole.clean, m->position[v], p);
+        qw_hit hit = qw_bvh_nearest(tree, reflected_in_frame(run, plane, p), qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
+        const uint32_t *c = m->corner + 3 * (size_t)hit.face;
+        double there = ((double)density[c[0]] + (double)density[c[1]] + (double)density[c[2]]) / 3;
+        off += fabs((double)density[v] - there), all += (double)density[v];
+    }
+    return off <= DENSITY_ALIKE * all;
+}
+
+const char *qw_one_sided_steering(const qw_run_state *run, const qw_mirror_plane *plane)
+{
+    const char *what = NULL;
+    qw_scope_begin(run->env);
+    if (run->whole.steering->field_count > 0) what = "directions that were given";
+    else if (!guides_are_alike(run, plane)) what = "guides";
+    else if (!marks_are_alike(run, plane)) what = "marked edges";
+    else if (!boundaries_are_alike(run, plane)) what = "boundaries that stay";
+    else if (!densities_are_alike(run, plane)) what = "densities";
+    qw_scope_end(run->env);
+    return what;
+}

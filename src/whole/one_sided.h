@@ -1,0 +1,11 @@
+/* Whether what a caller says of the quads is symmetric as the surface is. */
+#ifndef QW_WHOLE_ONE_SIDED_H
+#define QW_WHOLE_ONE_SIDED_H
+
+#include "whole/state.h"
+
+/* What steers the quads on one side of the plane otherwise than on the other, as the subject of a sentence: marks,
+   guides, directions, a density, boundaries that stay; NULL: nothing does. Needs what CLEAN leaves. */
+const char *qw_one_sided_steering(const qw_run_state *run, const qw_mirror_plane *plane);
+
+#endif
