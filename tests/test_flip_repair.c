@@ -357,8 +357,8 @@ static void last_resort_flips_blocks_back(void **state)
     qw_env_destroy(env);
 }
 
-/* Random moves leave quads that no places could ever set upright: other moves have to follow, but no more than so many
- * quads go. */
+/* Random moves leave quads that are flipped wherever their vertices lie: other moves have to follow, but no more than
+ * so many quads go. */
 static void changes_what_no_position_would_repair(void **state)
 {
     (void)state;
