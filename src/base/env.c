@@ -383,18 +383,6 @@ void qw_defer(qw_env *env, void (*release)(void *resource), void *resource)
     b->resource = resource;
 }
 
-void qw_undefer(qw_env *env, void *resource)
-{
-    block *head = &env->scopes[env->scope];
-    for (block *b = head->next; b != head; b = b->next)
-        if (b->release && b->resource == resource) {
-            b->release = NULL;
-            release_block(env, b);
-            return;
-        }
-    assert(!"undefer of something that was not deferred in this scope");
-}
-
 /* What all stages and each further round take of what is left then: whether there are more rounds is known at the end
  * of each. */
 static const double ALL_STAGES = 0.9, A_ROUND = 0.6;

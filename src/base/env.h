@@ -63,9 +63,8 @@ enum { QW_ASIDE_SLOTS = 3 };
 void qw_scopes_set_aside(qw_env *env, uint32_t slot, uint32_t count);
 void qw_scopes_take_up(qw_env *env, uint32_t slot);
 void qw_scopes_drop(qw_env *env, uint32_t slot);
-/* Runs release(resource) when the current scope ends or is unwound, unless qw_undefer took it back. Latest first. */
+/* Runs release(resource) when the current scope ends or is unwound. Latest first. */
 void qw_defer(qw_env *env, void (*release)(void *resource), void *resource);
-void qw_undefer(qw_env *env, void *resource);
 
 size_t qw_env_bytes(const qw_env *env);
 size_t qw_env_peak(const qw_env *env);

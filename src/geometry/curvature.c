@@ -357,10 +357,7 @@ qw_ball_sums qw_ball_sums_at(const qw_ball_curvature *c, qw_vec3 point, qw_vec3 
     double area[4] = {0}, turn[2] = {0};
     visit_ball(b, &c->areas, add_area, area);
     visit_ball(b, &c->edges, add_turn, turn);
-    return (qw_ball_sums){.area = area[3],
-                          .normal = qw_v3((float)area[0], (float)area[1], (float)area[2]),
-                          .turn = turn[0],
-                          .turning = turn[1]};
+    return (qw_ball_sums){.area = area[3], .normal = qw_v3_of_doubles(area), .turn = turn[0], .turning = turn[1]};
 }
 
 qw_principal qw_ball_curvature_at(const qw_ball_curvature *c, qw_vec3 point, qw_vec3 normal)
@@ -373,7 +370,7 @@ qw_principal qw_ball_curvature_at(const qw_ball_curvature *c, qw_vec3 point, qw_
     for (int i = 0; i < 6; i++) bends |= m[i] != 0; /* of a saddle the first three may be 0 */
     if (!bends) return none;
     visit_ball(b, &c->areas, add_area, area);
-    qw_vec3 n = qw_normalize(qw_v3((float)area[0], (float)area[1], (float)area[2]));
+    qw_vec3 n = qw_normalize(qw_v3_of_doubles(area));
     if (!(area[3] > 0) || qw_length2(n) == 0) return none;
     qw_vec3 u = qw_any_orthogonal(n), v = qw_cross(n, u);
     double uu = product(m, u, u) / area[3], uv = product(m, u, v) / area[3], vv = product(m, v, v) / area[3];

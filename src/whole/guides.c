@@ -33,7 +33,7 @@ static qw_vec3 in_frame(const qw_run_state *run, const double *p)
     const qw_frame *f = &run->clean.frame;
     double q[3];
     for (int k = 0; k < 3; k++) q[k] = fmin(fmax((p[k] - f->center[k]) * f->scale, -FARTHEST), FARTHEST);
-    return qw_v3((float)q[0], (float)q[1], (float)q[2]);
+    return qw_v3_of_doubles(q);
 }
 
 /* All guides in the frame: qw_vec3[points]. */

@@ -265,7 +265,7 @@ static void project(const holding *w, uint32_t v, double p[3])
 {
     const uint32_t *of = w->of[v];
     if (w->on_tangent[v]) {
-        qw_vec3 at = qw_v3((float)p[0], (float)p[1], (float)p[2]);
+        qw_vec3 at = qw_v3_of_doubles(p);
         qw_curve_hit hit = qw_curve_nearest(w->tangents, at, w->edge[v]);
         if (hit.segment != QW_NONE) p[0] = (double)hit.point.x, p[1] = (double)hit.point.y, p[2] = (double)hit.point.z;
     }
@@ -288,7 +288,7 @@ static void look_again(const holding *w, uint32_t v, uint32_t *hint)
 {
     assert(v < w->quads->vertex_count);
     double *p = w->place + 3 * (size_t)v;
-    qw_vec3 at = qw_v3((float)p[0], (float)p[1], (float)p[2]);
+    qw_vec3 at = qw_v3_of_doubles(p);
     bool is_free = w->of[v][0] != QW_NONE && w->of[v][1] == QW_NONE && !w->on_curve[v];
     if (!is_free || memcmp(&at, &w->looked[v], sizeof at) == 0) return;
     w->looked[v] = at;
@@ -306,7 +306,7 @@ static float tangent_of(const holding *w, uint32_t v, uint32_t *segment)
     assert(v < w->quads->vertex_count);
     const double *p = w->place + 3 * (size_t)v;
     const uint32_t *of = w->of[v];
-    qw_vec3 at = qw_v3((float)p[0], (float)p[1], (float)p[2]);
+    qw_vec3 at = qw_v3_of_doubles(p);
     qw_curve_hit hit = qw_curve_nearest(w->tangents, at, REACH * w->edge[v]);
     *segment = hit.segment;
     if (hit.segment == QW_NONE || of[0] == QW_NONE) return INFINITY;
@@ -438,7 +438,7 @@ static uint32_t settle(holding *w)
     qw_vec3 *wanted = QW_NEW(w->env, qw_vec3, n), *now = QW_NEW(w->env, qw_vec3, n);
     for (uint32_t v = 0; v < n; v++) {
         const double *p = w->place + 3 * (size_t)v;
-        now[v] = wanted[v] = qw_v3((float)p[0], (float)p[1], (float)p[2]);
+        now[v] = wanted[v] = qw_v3_of_doubles(p);
     }
     q->position = now;
     qw_hold_back_flips(w->env, q, before);

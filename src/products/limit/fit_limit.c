@@ -54,7 +54,7 @@ static void set_positions(const fitting *t)
 {
     for (uint32_t i = 0; i < samples_of(t); i++) {
         const double *p = t->at + 3 * (size_t)i;
-        t->split.position[i] = qw_v3((float)p[0], (float)p[1], (float)p[2]);
+        t->split.position[i] = qw_v3_of_doubles(p);
     }
 }
 
@@ -268,7 +268,7 @@ static void step_to(qw_env *env, fitting *t, double *x)
     memcpy(before, q->position, q->vertex_count * sizeof *before);
     for (uint32_t v = 0; v < q->vertex_count; v++) {
         const double *p = x + 3 * (size_t)v;
-        if (!is_fixed(t, v)) q->position[v] = qw_v3((float)p[0], (float)p[1], (float)p[2]);
+        if (!is_fixed(t, v)) q->position[v] = qw_v3_of_doubles(p);
     }
     qw_hold_back_flips(env, q, before);
     for (uint32_t v = 0; v < q->vertex_count; v++) {

@@ -201,9 +201,9 @@ static void candidate_planes(const qw_surface *s, plane planes[PLANES])
     qw_principal_axes(m, axis);
     for (int k = 0; k < 3; k++) {
         planes[k].normal = qw_v3(k == 0, k == 1, k == 2);
-        planes[3 + k].normal = qw_normalize(qw_v3((float)axis[k][0], (float)axis[k][1], (float)axis[k][2]));
+        planes[3 + k].normal = qw_normalize(qw_v3_of_doubles(axis[k]));
     }
-    for (int k = 0; k < PLANES; k++) planes[k].point = qw_v3((float)centre[0], (float)centre[1], (float)centre[2]);
+    for (int k = 0; k < PLANES; k++) planes[k].point = qw_v3_of_doubles(centre);
 }
 
 typedef struct mirror_task {

@@ -84,7 +84,7 @@ qw_vec3 qw_normal_of(const qw_side_fit *fit, qw_vec3 point)
 {
     double p[3] = {(double)point.x, (double)point.y, (double)point.z}, g[3];
     height_at(fit, p, g);
-    return qw_normalize(qw_v3((float)g[0], (float)g[1], (float)g[2]));
+    return qw_normalize(qw_v3_of_doubles(g));
 }
 
 /* Keeps of the vertices found those from the highest ring on that are enough together. */
@@ -187,5 +187,5 @@ qw_vec3 qw_meet_sides(const qw_side_fit *const *fit, int count, qw_vec3 from)
     assert(count >= 1 && count <= 3);
     double p[3] = {(double)from.x, (double)from.y, (double)from.z};
     for (int step = 0; step < STEPS; step++) step_to(fit, count, p);
-    return qw_v3((float)p[0], (float)p[1], (float)p[2]);
+    return qw_v3_of_doubles(p);
 }

@@ -220,7 +220,7 @@ static qw_vec3 *directions(qw_env *env, const qw_quadmesh *q, const qw_vec3 *fac
         bool is_free = !q->kind || q->kind[v] == QW_VERTEX_FREE || (q->kind[v] == QW_VERTEX_CURVE && cuts[v] == 2);
         if (!is_free) direction[v] = none;
         if (cuts[v] != 2 || qw_length2(direction[v]) == 0) continue;
-        qw_vec3 normal = qw_v3((float)cut[0], (float)cut[1], (float)cut[2]);
+        qw_vec3 normal = qw_v3_of_doubles(cut);
         direction[v] = qw_normalize(qw_madd(direction[v], -qw_dot(direction[v], normal), normal));
     }
     return direction;

@@ -63,7 +63,7 @@ static qw_vec3 solve(planes *s)
         for (int c = i + 1; c < 3; c++) x[i] -= s->square[i][c] * x[c];
         x[i] /= s->square[i][i];
     }
-    return qw_v3((float)x[0], (float)x[1], (float)x[2]);
+    return qw_v3_of_doubles(x);
 }
 
 static qw_vec3 middle_of(const qw_quadmesh *q, uint32_t f)

@@ -126,7 +126,7 @@ static double *write_positions(leveling *l)
         for (uint32_t v = 0; v < l->quads.vertex_count; v++) {
             double p[3];
             for (int k = 0; k < 3; k++) p[k] = (output[3 * (size_t)v + (size_t)k] - frame->center[k]) * frame->scale;
-            l->quads.position[v] = qw_v3((float)p[0], (float)p[1], (float)p[2]);
+            l->quads.position[v] = qw_v3_of_doubles(p);
         }
     }
     if (flat != QW_NONE)
