@@ -288,7 +288,17 @@ static void test_refusals(void **unused)
     for (int i = 0; i < 3; i++) soup_vertex(&t.s, 1, 1, 1);
     soup_triangle(&t.s, 0, 1, 2);
     assert_int_equal(qw_protect(t.env, failing_body, &t), QW_ONLY_DEGENERATE);
+    t.share = 0; /* of the diagonal, which is 0 */
+    assert_int_equal(qw_protect(t.env, failing_body, &t), QW_ONLY_DEGENERATE);
     soup_free(&t.s);
+    t.share = 1;
+    for (int axis = 0; axis < 3; axis++) { /* numbers lie 16 apart there, cells half a unit */
+        t.s = soup_random(1, 20);
+        for (size_t i = (size_t)axis; i < 3 * (size_t)t.s.vertex_count; i += 3) t.s.position[i] += 1e17;
+        assert_int_equal(qw_protect(t.env, failing_body, &t), QW_TOO_LARGE);
+        assert_non_null(strstr(qw_env_message(t.env), "so far from the origin"));
+        soup_free(&t.s);
+    }
     qw_env_destroy(t.env);
 }
 

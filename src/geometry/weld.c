@@ -108,13 +108,13 @@ static uint64_t find_boundary(const qw_edges *edges, uint32_t vertex_count, uint
 
 /* Joins close boundary vertices; returns the number of joins and the number of boundary edges before. */
 static uint32_t group_boundary(qw_env *env, const double *position, uint32_t vertex_count, double tolerance,
-                               const qw_edges *edges, uint32_t *parent, uint64_t *boundary)
+                               const uint8_t *only, const qw_edges *edges, uint32_t *parent, uint64_t *boundary)
 {
     assert(tolerance >= 0);
     uint8_t *open = QW_NEW_ZERO(env, uint8_t, vertex_count);
     uint32_t count = 0, joined = 0;
     *boundary = find_boundary(edges, vertex_count, open);
-    for (uint32_t v = 0; v < vertex_count; v++) count += open[v];
+    for (uint32_t v = 0; v < vertex_count; v++) open[v] &= !only || only[v], count += open[v];
     if (count == 0) return 0;
     grid g = {
         .heads = qw_hash_table_create(env, count), .chain = QW_NEW(env, uint32_t, vertex_count), .position = position};
@@ -183,7 +183,7 @@ static uint64_t settle_groups(qw_env *env, uint32_t vertex_count, const uint32_t
     return UINT64_MAX;
 }
 
-uint32_t qw_weld_near(qw_env *env, const double *position, uint32_t vertex_count, double tolerance,
+uint32_t qw_weld_near(qw_env *env, const double *position, uint32_t vertex_count, double tolerance, const uint8_t *only,
                       const qw_edges *edges, uint32_t *corner, uint32_t face_count)
 {
     assert(tolerance >= 0 && edges);
@@ -191,7 +191,7 @@ uint32_t qw_weld_near(qw_env *env, const double *position, uint32_t vertex_count
     uint32_t *parent = QW_NEW(env, uint32_t, vertex_count), welded = 0;
     qw_sets_begin(parent, vertex_count);
     uint64_t before;
-    uint32_t joined = group_boundary(env, position, vertex_count, tolerance, edges, parent, &before);
+    uint32_t joined = group_boundary(env, position, vertex_count, tolerance, only, edges, parent, &before);
     if (joined > 0) {
         uint8_t *bad = QW_NEW_ZERO(env, uint8_t, vertex_count);
         uint32_t *renamed = QW_NEW(env, uint32_t, 3 * (size_t)face_count);

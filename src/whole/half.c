@@ -193,7 +193,7 @@ static void take_face(cut *c, uint32_t f)
     for (uint32_t i = 0; i < 3; i++) {
         double a = c->height[corner[i]], b = c->height[corner[(i + 1) % 3]];
         if (a >= 0) polygon[count++] = take_vertex(c, corner[i]);
-        if (a * b < 0) polygon[count++] = take_crossing(c, 3 * f + i);
+        if ((a > 0 && b < 0) || (a < 0 && b > 0)) polygon[count++] = take_crossing(c, 3 * f + i);
     }
     assert(count == 3 || count == 4);
     add_face(c, f, polygon[0], polygon[1], polygon[2]);

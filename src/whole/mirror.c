@@ -318,7 +318,7 @@ static void fold_guide(folding *f, uint32_t guide)
         const double *p = f->from->guide_point + 3 * (size_t)i;
         double a = height_of(f, i), b = i + 1 < end ? height_of(f, i + 1) : a;
         if (a >= 0) put_point(f, p);
-        if (a * b < 0) put_crossing(f, p, a, p + 3, b);
+        if ((a > 0 && b < 0) || (a < 0 && b > 0)) put_crossing(f, p, a, p + 3, b);
         if (b < 0) end_stretch(f, guide);
     }
     end_stretch(f, guide);

@@ -121,16 +121,21 @@ static void fill_face(const patching *t, uint32_t f, uint32_t grid[16], uint32_t
     }
 }
 
+/* The diagonal of the box, by halves of its longest side: squares of lengths may overflow. */
 static double extent_of(const patching *t)
 {
-    double low[3] = {0}, high[3] = {0}, sum = 0;
+    double low[3] = {0}, high[3] = {0}, most = 0, sum = 0;
     for (uint32_t v = 0; v < t->quads->vertex_count; v++)
         for (int k = 0; k < 3; k++) {
             double x = t->position[3 * (size_t)v + (size_t)k];
             low[k] = v ? fmin(low[k], x) : x, high[k] = v ? fmax(high[k], x) : x;
         }
-    for (int k = 0; k < 3; k++) sum += (high[k] - low[k]) * (high[k] - low[k]);
-    return sqrt(sum);
+    for (int k = 0; k < 3; k++) most = fmax(most, high[k] / 2 - low[k] / 2);
+    for (int k = 0; k < 3 && most > 0; k++) {
+        double side = (high[k] / 2 - low[k] / 2) / most;
+        sum += side * side;
+    }
+    return 2 * (most * sqrt(sum));
 }
 
 qw_patches qw_make_patches(qw_env *env, const qw_quadmesh *q, const double *position)
