@@ -505,7 +505,8 @@ static void bad_meshes(void **state)
     for (int i = 0; i < 12; i++) {
         double *p = &s.position[i], right = *p;
         view = shape_view(&s);
-        *p = wrong[i % 3], refused(context, &view, QW_NOT_FINITE, "is not finite"), *p = right;
+        *p = wrong[i % 3], refused(context, &view, QW_NOT_FINITE, "is not finite");
+        *p = i % 2 ? 1.7e308 : -1.01e300, refused(context, &view, QW_TOO_LARGE, "the most is 1e+300"), *p = right;
     }
     qw_options options = options_for(30);
     assert_int_equal(qw_run_until(context, &options, QW_STAGE_CLEAN), QW_OK); /* what was there before stays */

@@ -210,7 +210,8 @@ static void hostile_webp_is_refused(void **state)
 static void read_materials(void *user)
 {
     static const char text[] =
-        "\0\"materials\":[{\"pbrMetallicRoughness\":{\"baseColorFactor\":[1e999,-1e999,\"x\"],"
+        "\0\"materials\":[{\"alphaCutoff\":1e39,\"pbrMetallicRoughness\":{\"baseColorFactor\":[1e999,-1e999,\"x\"],"
+        "\"roughnessFactor\":1e39,\"metallicFactor\":-1e300,"
         "\"baseColorTexture\":{\"index\":1e300},\"metallicRoughnessTexture\":{\"index\":0,\"texCoord\":-5}},"
         "\"normalTexture\":{\"index\":1,\"texCoord\":1e300,\"extensions\":{\"KHR_texture_transform\":{\"texCoord\":"
         "1e20,"
@@ -239,6 +240,15 @@ static void read_materials(void *user)
     assert_int_equal(list.material[0].roughness_map.set, QW_NONE);
     assert_int_equal(list.material[0].normal_map.set, QW_NONE);
     assert_float_equal(list.material[2].metallic, 1, 0);
+    const qw_material *odd = &list.material[0];
+    assert_float_equal(odd->color[0], 1, 0);
+    assert_float_equal(odd->color[1], 0, 0);
+    assert_float_equal(odd->color[2], 1, 0);
+    assert_float_equal(odd->roughness, 1, 0);
+    assert_float_equal(odd->metallic, 0, 0);
+    assert_float_equal(odd->cutoff, QW_MOST_FACTOR, 0);
+    assert_float_equal(odd->normal_map.scale[0], QW_MOST_FACTOR, 0);
+    assert_true(list.note_count >= 6);
     assert_int_equal(list.material[2].emission_map.image, qw_reads_webp() ? 1 : 0);
     assert_int_equal(list.material[2].normal_map.image, 2);
 }
@@ -672,24 +682,45 @@ static void from_obj_to_files(void **state)
     qw_destroy(context), qw_mesh_destroy(source);
 }
 
+/* Numbers of an MTL beyond what they may be: the nearest that may, or what there is without them, and a note each. */
+static void numbers_of_mtl(void **state)
+{
+    (void)state;
+    static const char mtl[] = "newmtl a\nKd nan 2 -1e300\nKe -1 1e39 inf\nPr 1e300\nPm -inf\nd nan\n";
+    static const char obj[] =
+        "mtllib bake_ends.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nusemtl a\nf 1 3 2\nf 1 2 4\nf 2 "
+        "3 4\nf 3 1 4\n";
+    put_file(QW_BINARY_DIR "/bake_ends.mtl", mtl, sizeof mtl - 1);
+    put_file(QW_BINARY_DIR "/bake_ends.obj", obj, sizeof obj - 1);
+    qw_options options;
+    asset a = {0};
+    assert_int_equal(qw_load(QW_BINARY_DIR "/bake_ends.obj", NULL, &a.source), QW_OK);
+    qw_mesh_view view = qw_mesh_get(a.source);
+    qw_options_init(&options), options.faces = 60, options.threads = 1;
+    assert_int_equal(qw_create(NULL, &a.context), QW_OK);
+    assert_int_equal(qw_set_mesh(a.context, &view), QW_OK);
+    assert_int_equal(qw_run(a.context, &options), QW_OK);
+    unwrap_and_bake(&a, 64, QW_MAPS_OF_INPUT);
+    assert_int_equal(qw_save_asset(a.context, NULL, 0, QW_BINARY_DIR "/bake_ends_out.obj", QW_FORMAT_AUTO), QW_OK);
+    assert_int_equal(qw_save_asset(a.context, NULL, 0, QW_BINARY_DIR "/bake_ends_out.glb", QW_FORMAT_AUTO), QW_OK);
+    const qw_report *r = qw_get_report(a.context);
+    uint32_t notes = 0;
+    for (uint32_t i = 0; i < r->warning_count; i++) notes += strstr(r->warnings[i], "material \"a\"") != NULL;
+    assert_int_equal(notes, 9);
+    qw_destroy(a.context), qw_mesh_destroy(a.source);
+}
+
 QW_TEST_SUITE(bake)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(hostile_materials),
-        cmocka_unit_test(png_comes_back),
-        cmocka_unit_test(hostile_pictures_are_refused),
-        cmocka_unit_test(webp_is_read),
-        cmocka_unit_test(hostile_webp_is_refused),
-        cmocka_unit_test(normals_of_a_sphere),
-        cmocka_unit_test(tips_face_up),
-        cmocka_unit_test(constant_color),
-        cmocka_unit_test(charts_at_any_scale),
-        cmocka_unit_test(maps_at_any_scale),
-        cmocka_unit_test(failures_leave_nothing),
-        cmocka_unit_test(progress_is_told),
-        cmocka_unit_test(same_bytes),
-        cmocka_unit_test(calls_out_of_place),
-        cmocka_unit_test(from_obj_to_files),
+        cmocka_unit_test(hostile_materials),   cmocka_unit_test(numbers_of_mtl),
+        cmocka_unit_test(png_comes_back),      cmocka_unit_test(hostile_pictures_are_refused),
+        cmocka_unit_test(webp_is_read),        cmocka_unit_test(hostile_webp_is_refused),
+        cmocka_unit_test(normals_of_a_sphere), cmocka_unit_test(tips_face_up),
+        cmocka_unit_test(constant_color),      cmocka_unit_test(charts_at_any_scale),
+        cmocka_unit_test(maps_at_any_scale),   cmocka_unit_test(failures_leave_nothing),
+        cmocka_unit_test(progress_is_told),    cmocka_unit_test(same_bytes),
+        cmocka_unit_test(calls_out_of_place),  cmocka_unit_test(from_obj_to_files),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -217,8 +217,9 @@ static void rounded_seams_are_joined(void **state)
     qw_env_destroy(r.env);
 }
 
-/* A stray face far away makes everything else smaller than the tolerance of the near weld: nothing may happen to it. */
-static void stray_faces_do_no_harm(void **state)
+/* A single face far away makes everything else smaller than the tolerance of the near weld: nothing may happen to it.
+ */
+static void far_faces_do_no_harm(void **state)
 {
     (void)state;
     start();
@@ -312,6 +313,66 @@ static void other_junctions_stay(void **state)
     r = clean(2, 2, 2);
     assert_int_equal(r.clean.counts.sewn_junctions, 0);
     qw_env_destroy(r.env);
+}
+
+/* A sheet over a rectangle, cut into n[0] x n[1] squares and these along one diagonal; bent along one of its sides,
+   askew in space. */
+typedef struct layer {
+    double low[2], high[2], height, bend;
+    int n[2], along;
+    bool is_turned, other_diagonal;
+} layer;
+
+static void add_layer(const layer *l)
+{
+    static const double axis[3][3] = {{0.6, 0.64, 0.48}, {-0.8, 0.48, 0.36}, {0, -0.6, 0.8}};
+    uint32_t first = s.vertices, down = (uint32_t)l->n[0] + 1;
+    for (int j = 0; j <= l->n[1]; j++)
+        for (int i = 0; i <= l->n[0]; i++) {
+            double c[3] = {l->low[0] + (l->high[0] - l->low[0]) * i / l->n[0],
+                           l->low[1] + (l->high[1] - l->low[1]) * j / l->n[1], l->height},
+                   x[3] = {0};
+            c[2] += l->bend * c[l->along] * c[l->along];
+            for (int k = 0; k < 9; k++) x[k % 3] += c[k / 3] * axis[k / 3][k % 3];
+            vertex(x[0], x[1], x[2]);
+        }
+    for (int j = 0; j < l->n[1]; j++)
+        for (int i = 0; i < l->n[0]; i++) {
+            uint32_t a = first + (uint32_t)j * down + (uint32_t)i, q[4] = {a, a + 1, a + 1 + down, a + down};
+            for (int k = 0; k < 2; k++) {
+                const uint32_t t[3] = {q[l->other_diagonal], q[l->other_diagonal + k + 1],
+                                       q[(l->other_diagonal + k + 2) % 4]};
+                triangle(t[0], t[l->is_turned ? 2 : 1], t[l->is_turned ? 1 : 2]);
+            }
+        }
+}
+
+/* Two sheets that lie on one another, slid along a side, one within the other, or with rims in common, stay two sheets
+   as they came. */
+static void double_layers_stay_apart(void **state)
+{
+    (void)state;
+    static const double gap[] = {0, 0, 1e-7, -3e-8};
+    uint64_t random = 73;
+    for (int round = 0; round < 100; round++) {
+        layer a = {{0, 0}, {2, 1.5}, 0, 0, {0, 0}, 0, false, false}, b;
+        start();
+        a.n[0] = 4 + (int)(random_bits(&random) % 8), a.n[1] = 3 + (int)(random_bits(&random) % 8);
+        a.along = (int)(random_bits(&random) % 2), a.bend = (double)(random_bits(&random) % 3) * 0.03;
+        b = a, b.height = gap[random_bits(&random) % 4];
+        b.is_turned = random_bits(&random) % 2, b.other_diagonal = true;
+        for (int k = 0; k < 2; k++)
+            if (random_bits(&random) % 2) b.n[k] = 3 + (int)(random_bits(&random) % 10);
+        int side = (int)(random_bits(&random) % 2), kind = (int)(random_bits(&random) % 4);
+        double cell = (a.high[side] - a.low[side]) / a.n[side], shift = cell * (double)(1 + random_bits(&random) % 2);
+        if (kind == 0) shift *= 0.37;
+        if (kind < 2) b.low[side] += shift, b.high[side] += shift;
+        if (kind == 2) b.low[side] += shift, b.high[side] -= 0.61 * shift;
+        add_layer(&a), add_layer(&b);
+        run r = clean(2, 2, 2);
+        assert_int_equal(r.clean.counts.flipped_triangles, 0);
+        qw_env_destroy(r.env);
+    }
 }
 
 static void open_fan_and_bow_tie(void **state)
@@ -839,7 +900,7 @@ static void survives_missing_memory(void **state)
 }
 
 /* Many faces on one edge take no quadratic time and still make a surface. */
-static void crowded_edge(void **state)
+static void edge_of_many_faces(void **state)
 {
     (void)state;
     start();
@@ -871,7 +932,7 @@ static void drops_flat_components(void **state)
 }
 
 /* What single precision cannot resolve gets a frame of its own, and comes back from it to its place. */
-static void gives_specks_a_frame(void **state)
+static void gives_tiny_components_a_frame(void **state)
 {
     (void)state;
     static const double size[] = {1e-2, 1e-5, 1e-7, 1e-9, 1e-11};
@@ -938,7 +999,8 @@ QW_TEST_SUITE(clean)
         cmocka_unit_test(junctions_are_sewn),
         cmocka_unit_test(overlapping_edges_are_sewn),
         cmocka_unit_test(other_junctions_stay),
-        cmocka_unit_test(stray_faces_do_no_harm),
+        cmocka_unit_test(far_faces_do_no_harm),
+        cmocka_unit_test(double_layers_stay_apart),
         cmocka_unit_test(open_fan_and_bow_tie),
         cmocka_unit_test(three_faces_on_an_edge),
         cmocka_unit_test(cubes_that_share_an_edge),
@@ -962,9 +1024,9 @@ QW_TEST_SUITE(clean)
         cmocka_unit_test(random_soups),
         cmocka_unit_test(shuffled_spheres),
         cmocka_unit_test(survives_missing_memory),
-        cmocka_unit_test(crowded_edge),
+        cmocka_unit_test(edge_of_many_faces),
         cmocka_unit_test(drops_flat_components),
-        cmocka_unit_test(gives_specks_a_frame),
+        cmocka_unit_test(gives_tiny_components_a_frame),
         cmocka_unit_test(widens_wisps),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -204,7 +204,12 @@ static void regular_patches_are_exact(void **state)
     for (size_t i = 0; i < 3 * n; i++) at[i] = (double)unit_real(&r);
     qw_stencils split = qw_split_stencils(env, &q), last = qw_limit_stencils(env, &fine);
     qw_stencils_apply(env, &split, at, once), qw_stencils_apply(env, &last, once, limit);
+    double huge = 0x1p900; /* whose square is beyond double precision */
     qw_patches p = qw_make_patches(env, &q, at);
+    double tolerance = p.tolerance;
+    for (size_t i = 0; i < 3 * n; i++) at[i] *= huge;
+    assert_true(fabs(qw_make_patches(env, &q, at).tolerance - tolerance * huge) <= 1e-12 * tolerance * huge);
+    for (size_t i = 0; i < 3 * n; i++) at[i] /= huge;
     assert_true(p.shell_count == 1 && p.is_closed[0] && p.edge_count == 2 * q.face_count);
     static const double middle[4] = {0.125, 0.375, 0.375, 0.125};
     for (uint32_t f = 0; f < q.face_count; f++)

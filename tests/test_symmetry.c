@@ -701,6 +701,19 @@ static void a_plane_that_touches_an_edge(void **state)
     qw_result_destroy(result), shape_free(&s);
 }
 
+/* Heights above the plane whose products vanish. */
+static void tiny_coordinates(void **state)
+{
+    (void)state;
+    shape s = shape_of_sheet(&(shape_sheet){6, 5, false, false, false, at_valley});
+    for (uint32_t i = 0; i < 3 * s.vertex_count; i++) s.position[i] *= 1e-290;
+    qw_options o = asking(100, QW_SYMMETRY_PLANE);
+    o.symmetry_x = 0.6, o.symmetry_y = 0.8;
+    qw_result *result = run_of(&s, &o);
+    assert_int_equal(qw_result_report(result)->topology.components, 1);
+    qw_result_destroy(result), shape_free(&s);
+}
+
 enum { PIERCED = 11 };
 
 /* A plate with a hole in every second cell. */
@@ -890,6 +903,7 @@ QW_TEST_SUITE(symmetry)
         cmocka_unit_test(components_stay_apart),
         cmocka_unit_test(surfaces_without_two_sides),
         cmocka_unit_test(a_plane_that_touches_an_edge),
+        cmocka_unit_test(tiny_coordinates),
         cmocka_unit_test(too_few_quads),
         cmocka_unit_test(too_many_quads),
         cmocka_unit_test(a_plane_beside_the_surface),

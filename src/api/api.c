@@ -86,6 +86,7 @@ static void check_mesh(void *user)
     mesh_call *call = user;
     qw_env *env = call->state->env;
     call->corners = qw_require_view(env, call->mesh, "mesh");
+    qw_require_moderate(env, call->mesh, "mesh");
     if (call->mesh->face_count == 0) qw_fail(env, QW_NO_FACES, -1, "the mesh has no faces");
     if (call->corners > INT32_MAX)
         qw_fail(env, QW_TOO_LARGE, -1, "the mesh has %u corners; the most is %d", call->corners, INT32_MAX);

@@ -8,6 +8,7 @@
 #include "products/bake/shading.h"
 #include "whole/kept_rims.h"
 
+#include <float.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -55,13 +56,15 @@ void qw_drop_maps(qw_context_state *c)
 
 /* ---- the input */
 
-static qw_picture *read_pictures(qw_env *env, const qw_material_list *list)
+static qw_picture *read_pictures(qw_env *env, qw_material_list *list)
 {
     qw_picture *picture = QW_NEW_ZERO(env, qw_picture, list->image_count);
     for (uint32_t i = 0; i < list->image_count; i++) {
-        const char *why = "it is not there";
-        if (list->image[i].at) picture[i] = qw_read_picture(env, list->image[i], &why);
-        if (!picture[i].pixels) qw_log(env, QW_LOG_WARNING, "%s is left out of the maps: %s", list->image_name[i], why);
+        const char *why = "";
+        if (!list->image[i].at) continue;
+        picture[i] = qw_read_picture(env, list->image[i], &why);
+        if (picture[i].pixels) continue;
+        qw_note_material(env, list, "%.60s is left out of the maps: %s", list->image_name[i], why);
     }
     return picture;
 }
@@ -211,6 +214,7 @@ static void bake(void *user)
         uint32_t *neighbour = qw_find_neighbours(c->env, &c->carried->source);
         a->report.charts_before = qw_find_charts(c->env, &c->carried->source, neighbour, look.uv[0]).count;
     }
+    for (uint32_t i = 0; i < list.note_count; i++) qw_warn_once(&c->run, list.note[i]);
     qw_scope_end(c->env);
     list_images(c->env, a);
 }
@@ -283,7 +287,9 @@ static void find_translation(const qw_mesh_view *view, double to[3])
             least = fmin(least, x), most = fmax(most, x);
         }
         double middle = least / 2 + most / 2;
-        to[k] = fabs(middle) > most - least ? (double)(float)middle : 0;
+        /* what lies beyond single precision is refused where the vertices are written */
+        bool is_far = fabs(middle) > most - least && fabs(middle) <= (double)FLT_MAX;
+        to[k] = is_far ? (double)(float)middle : 0;
     }
 }
 

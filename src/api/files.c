@@ -119,6 +119,7 @@ static void own_points_body(void *user)
     const qw_mesh_view *v = job->view;
     if (v->vertex_count < 3) qw_fail(job->env, QW_NO_FACES, -1, "%u points make no surface", v->vertex_count);
     qw_require_view(job->env, v, "points");
+    qw_require_moderate(job->env, v, "points");
     qw_require_attributes(job->env, job->attributes, job->attribute_count, v->vertex_count, 0, 0);
     uint32_t *corner, faces = qw_triangles_of_points(job->env, v->positions, v->vertex_count, &corner);
     job->mesh->view = *v;

@@ -27,6 +27,7 @@ static void find_limit(void *user)
 {
     limit_call *call = user;
     qw_require_view(call->env, call->cage, "mesh");
+    qw_require_moderate(call->env, call->cage, "mesh");
     if (call->times > QW_MOST_SPLITS)
         qw_fail(call->env, QW_ARGUMENT, -1, "%u times are more than the %d that quads can be split", call->times,
                 QW_MOST_SPLITS);

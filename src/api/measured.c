@@ -50,6 +50,7 @@ static void visible_body(void *user)
         qw_fail(env, QW_ARGUMENT, -1, "the width of gaps is %g; it must be a share of the diagonal, 0 to 1",
                 job->distance);
     qw_require_view(env, view, "mesh");
+    qw_require_moderate(env, view, "mesh");
     *view = visible_part(env, view, 0, job->distance > 0 ? job->distance : VISIBLE_CELL, NULL);
     mesh->attribute = NULL, mesh->attribute_count = 0;
 }
@@ -111,7 +112,9 @@ static void measure_body(void *user)
 {
     measure_job *job = user;
     qw_require_view(job->env, job->mesh, "mesh");
+    qw_require_moderate(job->env, job->mesh, "mesh");
     if (job->against) qw_require_view(job->env, job->against, "surface to measure against");
+    if (job->against) qw_require_moderate(job->env, job->against, "surface to measure against");
     if (!(job->gap >= 0 && job->gap <= DBL_MAX))
         qw_fail(job->env, QW_ARGUMENT, -1, "the width of gaps is %g; it must be 0 or a length", job->gap);
     qw_mesh_view seen;

@@ -5,8 +5,11 @@
 
 /* Units of single precision at twice the mean of all numbers, which in a chart that fills the texture is about 1: what
  * a few operations, or texts of six decimals, are off. A thirtieth of a pixel of a texture of 16384. The mean, as one
- * stray number would spoil the largest. */
+ * wrong number would spoil the largest. */
 static const double ROUNDING_UNITS = 16;
+
+/* Sums and differences of so large coordinates, and their multiples by any count, are finite. */
+static const double MOST_COORDINATE = 1e300;
 
 static uint64_t count_corners(qw_env *env, const qw_mesh_view *view, const char *what)
 {
@@ -55,6 +58,17 @@ uint32_t qw_require_view(qw_env *env, const qw_mesh_view *view, const char *what
             qw_fail(env, QW_INDEX_RANGE, (int64_t)(i / 2), "marked edge %zu of the %s names vertex %u of %u", i / 2,
                     what, view->marked_edges[i], view->vertex_count);
     return (uint32_t)corners;
+}
+
+void qw_require_moderate(qw_env *env, const qw_mesh_view *view, const char *what)
+{
+    for (uint32_t v = 0; v < view->vertex_count; v++)
+        for (int k = 0; k < 3; k++) {
+            double x = view->positions[3 * (size_t)v + k];
+            if (fabs(x) > MOST_COORDINATE)
+                qw_fail(env, QW_TOO_LARGE, v, "vertex %u of the %s has the coordinate %g; the most is %g", v, what, x,
+                        MOST_COORDINATE);
+        }
 }
 
 float qw_rounding_of(const qw_attribute *a)

@@ -8,6 +8,8 @@
    corners than a uint32_t counts), QW_INDEX_RANGE or QW_NOT_FINITE, and names the element. what: "mesh", "input": for
    the message. A mesh without faces passes. Returns the number of corners. */
 uint32_t qw_require_view(qw_env *env, const qw_mesh_view *view, const char *what);
+/* That no coordinate is beyond 1e300: what is worked on. Fails with QW_TOO_LARGE. */
+void qw_require_moderate(qw_env *env, const qw_mesh_view *view, const char *what);
 
 static inline uint32_t qw_view_face_size(const qw_mesh_view *view, uint32_t f)
 {

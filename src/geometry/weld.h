@@ -13,7 +13,7 @@ uint32_t qw_weld_equal(qw_env *env, const double *position, uint32_t vertex_coun
    than two sides. Groups that would do the latter, and groups that hold both ends of an edge (short edges are not to
    vanish), are left alone. Changes nothing unless the number of boundary edges falls. edges: of the corners as they
    are. */
-uint32_t qw_weld_near(qw_env *env, const double *position, uint32_t vertex_count, double tolerance,
+uint32_t qw_weld_near(qw_env *env, const double *position, uint32_t vertex_count, double tolerance, const uint8_t *only,
                       const qw_edges *edges, uint32_t *corner, uint32_t face_count);
 
 #endif

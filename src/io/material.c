@@ -2,9 +2,12 @@
 
 #include "io/gltf/gltf_document.h"
 
+#include <math.h>
+#include <stdarg.h>
 #include <stdio.h>
-
 #include <string.h>
+
+enum { MOST_NOTES = 16 }; /* a report has room for as many */
 
 static const qw_texture no_texture = {.image = QW_NONE, .scale = {1, 1}};
 
@@ -25,10 +28,42 @@ qw_material qw_plain_material(void)
                          .normal_map = no_texture};
 }
 
+void qw_note_material(qw_env *env, qw_material_list *list, const char *format, ...)
+{
+    char text[QW_MATERIAL_NOTE];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    for (uint32_t i = 0; i < list->note_count; i++)
+        if (strcmp(list->note[i], text) == 0) return;
+    if (list->note_count == MOST_NOTES) return;
+    size_t size = strlen(text) + 1;
+    list->note = qw_grow(env, list->note, &list->note_room, list->note_count + (size_t)1, sizeof *list->note);
+    list->note[list->note_count++] = memcpy(QW_NEW(env, char, size), text, size);
+}
+
+const qw_factor_range qw_factor_share = {0, 1}, qw_factor_upward = {0, QW_MOST_FACTOR},
+                      qw_factor_any = {-QW_MOST_FACTOR, QW_MOST_FACTOR};
+
+float qw_checked_factor(qw_env *env, qw_material_list *list, const char *material, const char *name, double value,
+                        qw_factor_range range, float kept)
+{
+    float used = isnan(value)                  ? kept
+                 : value < (double)range.least ? range.least
+                 : value > (double)range.most  ? range.most
+                                               : (float)value;
+    if (isnan(value) || value < (double)range.least || value > (double)range.most)
+        qw_note_material(env, list, "material \"%.40s\": %s is %g, which must be %g to %g; %g is taken", material, name,
+                         value, (double)range.least, (double)range.most, (double)used);
+    return used;
+}
+
 /* ---- glTF */
 
 typedef struct reader {
     qw_env *env;
+    const char *name; /* of the material that is read */
     qw_json_doc json;
     const qw_gltf_rest *rest;
     qw_material_list list;
@@ -51,24 +86,33 @@ static double number(const reader *r, uint32_t object, const char *name, double 
     return qw_json_number(&r->json, qw_json_member(&r->json, object, name), &value) ? value : missing;
 }
 
-static void numbers(const reader *r, uint32_t object, const char *name, float *to, uint32_t count)
+/* Factors of a material; those that are missing stay as they are. */
+static void factors(reader *r, uint32_t object, const char *name, qw_factor_range range, float *to, uint32_t count)
 {
     uint32_t array = qw_json_member(&r->json, object, name);
     for (uint32_t i = 0; i < count; i++) {
         double value;
-        if (qw_json_number(&r->json, item(r, array, i), &value)) to[i] = (float)value;
+        if (qw_json_number(&r->json, item(r, array, i), &value))
+            to[i] = qw_checked_factor(r->env, &r->list, r->name, name, value, range, to[i]);
     }
+}
+
+static void factor(reader *r, uint32_t object, const char *name, qw_factor_range range, float *to)
+{
+    double value;
+    if (qw_json_number(&r->json, qw_json_member(&r->json, object, name), &value))
+        *to = qw_checked_factor(r->env, &r->list, r->name, name, value, range, *to);
 }
 
 /* A small whole number; what is none is a large one, which nothing has. */
 static uint32_t small_whole(double x) { return x >= 0 && x < 1e6 ? (uint32_t)x : QW_NONE; }
 
-static void read_transform(const reader *r, uint32_t info, qw_texture *t)
+static void read_transform(reader *r, uint32_t info, qw_texture *t)
 {
     uint32_t e = qw_json_member(&r->json, qw_json_member(&r->json, info, "extensions"), "KHR_texture_transform");
     if (e == QW_NONE) return;
-    numbers(r, e, "offset", t->offset, 2), numbers(r, e, "scale", t->scale, 2);
-    t->rotation = (float)number(r, e, "rotation", 0);
+    factors(r, e, "offset", qw_factor_any, t->offset, 2), factors(r, e, "scale", qw_factor_any, t->scale, 2);
+    factor(r, e, "rotation", qw_factor_any, &t->rotation);
     t->set = small_whole(number(r, e, "texCoord", t->set));
 }
 
@@ -83,7 +127,7 @@ static double source_of(const reader *r, uint32_t texture)
     return webp == QW_NONE || (!qw_reads_webp() && image >= 0) ? image : number(r, webp, "source", image);
 }
 
-static qw_texture read_texture(const reader *r, uint32_t object, const char *name, uint32_t channel)
+static qw_texture read_texture(reader *r, uint32_t object, const char *name, uint32_t channel)
 {
     qw_texture t = no_texture;
     uint32_t info = qw_json_member(&r->json, object, name);
@@ -98,25 +142,28 @@ static qw_texture read_texture(const reader *r, uint32_t object, const char *nam
     return t;
 }
 
-static qw_material read_material(const reader *r, uint32_t m)
+static qw_material read_material(reader *r, uint32_t m)
 {
     const qw_json_doc *j = &r->json;
     qw_material a = qw_plain_material();
     uint32_t pbr = qw_json_member(j, m, "pbrMetallicRoughness"), mode = qw_json_member(j, m, "alphaMode");
     char *name = qw_json_string(j, qw_json_member(j, m, "name"));
     if (name) a.name = name;
-    numbers(r, pbr, "baseColorFactor", a.color, 4), numbers(r, m, "emissiveFactor", a.emission, 3);
-    a.metallic = (float)number(r, pbr, "metallicFactor", 1), a.roughness = (float)number(r, pbr, "roughnessFactor", 1);
+    r->name = a.name, a.metallic = 1;
+    factors(r, pbr, "baseColorFactor", qw_factor_share, a.color, 4),
+        factors(r, m, "emissiveFactor", qw_factor_upward, a.emission, 3);
+    factor(r, pbr, "metallicFactor", qw_factor_share, &a.metallic),
+        factor(r, pbr, "roughnessFactor", qw_factor_share, &a.roughness);
     a.color_map = read_texture(r, pbr, "baseColorTexture", 0);
     a.roughness_map = read_texture(r, pbr, "metallicRoughnessTexture", 1);
     a.metallic_map = read_texture(r, pbr, "metallicRoughnessTexture", 2);
     a.emission_map = read_texture(r, m, "emissiveTexture", 0);
     a.occlusion_map = read_texture(r, m, "occlusionTexture", 0);
     a.normal_map = read_texture(r, m, "normalTexture", 0);
-    a.occlusion_strength = (float)number(r, qw_json_member(j, m, "occlusionTexture"), "strength", 1);
-    a.normal_scale = (float)number(r, qw_json_member(j, m, "normalTexture"), "scale", 1);
+    factor(r, qw_json_member(j, m, "occlusionTexture"), "strength", qw_factor_share, &a.occlusion_strength);
+    factor(r, qw_json_member(j, m, "normalTexture"), "scale", qw_factor_any, &a.normal_scale);
     a.alpha = mode == QW_NONE ? 0 : qw_json_reads(j, mode, "MASK") ? 1 : qw_json_reads(j, mode, "BLEND") ? 2 : 0;
-    a.cutoff = (float)number(r, m, "alphaCutoff", 0.5);
+    factor(r, m, "alphaCutoff", qw_factor_upward, &a.cutoff);
     a.double_sided = qw_json_has_kind(j, qw_json_member(j, m, "doubleSided"), QW_JSON_TRUE);
     return a;
 }
@@ -125,7 +172,7 @@ static void read_image(reader *r, uint32_t i)
 {
     uint32_t image = item(r, r->images, i), view = item(r, r->views, number(r, image, "bufferView", -1));
     char media[64], *uri = qw_json_bytes(&r->json, qw_json_member(&r->json, image, "uri"));
-    const char *why = "";
+    const char *why = uri ? "its file could not be read" : "it is not there";
     qw_gltf_document d = {.env = r->env, .name = "the input"};
     if (view != QW_NONE) {
         double at = number(r, view, "byteOffset", 0), size = number(r, view, "byteLength", 0);
@@ -139,6 +186,7 @@ static void read_image(reader *r, uint32_t i)
     char *kept = QW_NEW(r->env, char, (size_t)size + 1);
     memcpy(kept, name, (size_t)size + 1);
     r->list.image_name[i] = kept;
+    if (!r->list.image[i].at) qw_note_material(r->env, &r->list, "%s is left out of the maps: %.80s", name, why);
 }
 
 static uint32_t count_of(const reader *r, uint32_t array)

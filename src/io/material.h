@@ -25,13 +25,32 @@ typedef struct qw_material {
 
 typedef struct qw_material_list {
     qw_material *material; /* qw_material[count] */
-    uint32_t count, image_count;
-    qw_bytes *image;         /* qw_bytes[image_count]: of files; at NULL: it cannot be had */
+    uint32_t count, image_count, note_count;
+    qw_bytes *image;         /* qw_bytes[image_count]: of files; at NULL: it cannot be had, which a note says */
     const char **image_name; /* char *[image_count]: for messages */
+    const char **note;       /* char *[note_count]: what was left out or changed, a sentence each */
+    size_t note_room;
 } qw_material_list;
+
+enum { QW_MATERIAL_NOTE = 160 }; /* bytes: as a report holds them */
+/* Adds a note to the list, unless it says so already or has as many as a report holds. */
+void qw_note_material(qw_env *env, qw_material_list *list, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
 
 /* A material of white, rough, and without textures. */
 qw_material qw_plain_material(void);
+
+/* What a number of a material may be. */
+typedef struct qw_factor_range {
+    float least, most;
+} qw_factor_range;
+/* Such bounds where the format has none: far more than any picture shows, and far from what single precision holds. */
+#define QW_MOST_FACTOR 1e9f
+extern const qw_factor_range qw_factor_share, qw_factor_upward, qw_factor_any;
+/* A number of a file as a factor: the nearest one within the range where it lies outside of it, and `kept` where it is
+   none, each with a note that names the material and the number. */
+float qw_checked_factor(qw_env *env, qw_material_list *list, const char *material, const char *name, double value,
+                        qw_factor_range range, float kept);
 /* All in the caller's scope; bytes are those of rest or copies. */
 qw_material_list qw_gltf_materials(qw_env *env, const qw_gltf_rest *rest);
 /* By the names of the labels, from the MTL files of an OBJ: library: a line each, beside `path`. What is not found is

@@ -1,7 +1,10 @@
 /* Materials of OBJ files (MTL). Factors are those of its old model; Pr, Pm and norm are the common extensions. */
 #include "io/material.h"
 
-#include <stdlib.h>
+#include "io/number.h"
+
+#include <stddef.h>
+#include <stdio.h>
 #include <string.h>
 
 typedef struct mtl {
@@ -13,10 +16,11 @@ typedef struct mtl {
     const char *const *names;
 } mtl;
 
+/* QW_ZEROS zeros follow. */
 static char *copy(qw_env *env, const char *text, size_t size)
 {
-    char *to = QW_NEW(env, char, size + 1);
-    memcpy(to, text, size), to[size] = 0;
+    char *to = QW_NEW_ZERO(env, char, size + QW_ZEROS);
+    memcpy(to, text, size);
     return to;
 }
 
@@ -31,100 +35,159 @@ static char *beside(const mtl *m, const char *name)
 }
 
 /* A file, or at NULL where it cannot be read. */
-typedef struct attempt {
+typedef struct reading {
     qw_env *env;
     const char *path;
     qw_bytes bytes;
-} attempt;
+} reading;
 
 static void read_file(void *user)
 {
-    attempt *a = user;
+    reading *a = user;
     a->bytes = qw_file_read_regular(a->env, a->path, a->path, UINT32_MAX, false);
 }
 
-static qw_bytes read_or_warn(qw_env *env, const char *path)
+static qw_bytes read_or_note(mtl *m, const char *path)
 {
-    attempt a = {.env = env, .path = path};
-    if (qw_protect(env, read_file, &a) == QW_OK) return a.bytes;
-    qw_log(env, QW_LOG_WARNING, "%s", qw_env_message(env));
+    reading a = {.env = m->env, .path = path};
+    qw_status status = qw_protect(m->env, read_file, &a);
+    if (status == QW_OK) return a.bytes;
+    char why[QW_MATERIAL_NOTE];
+    snprintf(why, sizeof why, "%s", qw_env_message(m->env));
+    if (status == QW_MEMORY || status == QW_CANCELLED) qw_fail(m->env, status, -1, "%s", why);
+    qw_note_material(m->env, &m->list, "%s", why);
     return (qw_bytes){NULL, 0};
 }
 
-/* What follows options such as -bm 1.0 is the name of a file. */
-static const char *skip_options(const char *at)
+/* ---- numbers */
+
+/* Up to `most` of them; returns how many there are, and *at follows the last. */
+static int take_numbers(const char **at, double *to, int most)
 {
-    while (at[0] == '-' && at[1] >= 'a' && at[1] <= 'z') {
-        at += strcspn(at, " \t"), at += strspn(at, " \t");
-        for (int words = 0; words < 3; words++) {
-            char *end;
-            bool is_word = strncmp(at, "on", 2) == 0 || strncmp(at, "off", 3) == 0;
-            double value = strtod(at, &end);
-            (void)value;
-            if ((end == at && !is_word) || (!is_word && *end != ' ' && *end != '\t')) break;
-            at += strcspn(at, " \t"), at += strspn(at, " \t");
-            if (is_word) break;
-        }
+    int count = 0;
+    for (; count < most; count++) {
+        const char *next = *at + strspn(*at, " \t");
+        if (!qw_number_read(&next, &to[count]) || (*next && *next != ' ' && *next != '\t')) break;
+        *at = next;
     }
-    return at;
+    *at += strspn(*at, " \t");
+    return count;
+}
+
+/* One number stands for all of them. */
+static void take_factors(mtl *m, const char *word, const char *value, qw_factor_range range, float *to, int count)
+{
+    double x[3];
+    int there = take_numbers(&value, x, count);
+    for (int i = 0; i < count && there > 0; i++)
+        to[i] = qw_checked_factor(m->env, &m->list, m->now->name, word, x[i < there ? i : 0], range, to[i]);
+}
+
+/* ---- maps */
+
+static uint32_t image_at(mtl *m, const char *path)
+{
+    qw_material_list *l = &m->list;
+    for (uint32_t i = 0; i < l->image_count; i++)
+        if (strcmp(l->image_name[i], path) == 0) return i;
+    size_t capacity = m->capacity;
+    l->image = qw_grow(m->env, l->image, &capacity, l->image_count + (size_t)1, sizeof *l->image);
+    l->image_name = qw_grow(m->env, l->image_name, &m->capacity, l->image_count + (size_t)1, sizeof *l->image_name);
+    l->image[l->image_count] = read_or_note(m, path);
+    l->image_name[l->image_count] = path;
+    return l->image_count++;
+}
+
+static const char *word_end(const char *at) { return at + strcspn(at, " \t"); }
+
+/* The option at *at, such as -s 2 2 1, for a texture; false: there is none. v grows downward in the texture, but upward
+   in the file. */
+static bool take_option(mtl *m, const char **at, qw_texture *t, double up[2][2])
+{
+    const char *name = *at, *end = word_end(name), *next = end + strspn(end, " \t");
+    size_t size = (size_t)(end - name);
+    double x[3];
+    if (name[0] != '-' || !(name[1] >= 'a' && name[1] <= 'z')) return false;
+    bool is_scale = size == 2 && name[1] == 's', is_shift = size == 2 && name[1] == 'o';
+    int there = take_numbers(&next, x, 3);
+    for (int i = 0; i < 2 && i < there && (is_scale || is_shift); i++)
+        up[is_shift][i] = (double)qw_checked_factor(m->env, &m->list, m->now->name, is_shift ? "-o" : "-s", x[i],
+                                                    qw_factor_any, (float)up[is_shift][i]);
+    bool is_on = strncmp(next, "on", 2) == 0 && word_end(next) == next + 2, is_off = strncmp(next, "off", 3) == 0;
+    if (size == 6 && strncmp(name, "-clamp", size) == 0 && is_on) t->wrap[0] = t->wrap[1] = 1;
+    if (size == 8 && strncmp(name, "-imfchan", size) == 0 && strchr("rgbm", *next) && *next)
+        t->channel = (uint32_t)(strchr("rgbm", *next) - "rgbm");
+    bool has_word = there == 0 && (is_on || is_off || size == 8 || (size == 5 && strncmp(name, "-type", size) == 0));
+    if (has_word) next = word_end(next), next += strspn(next, " \t");
+    *at = next;
+    return true;
 }
 
 static void take_map(mtl *m, const char *value, qw_texture *t)
 {
-    const char *path = beside(m, skip_options(value));
-    for (uint32_t i = 0; i < m->list.image_count; i++)
-        if (strcmp(m->list.image_name[i], path) == 0) {
-            t->image = i;
-            return;
-        }
-    size_t capacity = m->capacity;
-    m->list.image = qw_grow(m->env, m->list.image, &capacity, m->list.image_count + (size_t)1, sizeof *m->list.image);
-    m->list.image_name = qw_grow(m->env, m->list.image_name, &m->capacity, m->list.image_count + (size_t)1,
-                                 sizeof *m->list.image_name);
-    m->list.image[m->list.image_count] = read_or_warn(m->env, path);
-    m->list.image_name[m->list.image_count] = path;
-    t->image = m->list.image_count++;
+    double up[2][2] = {{1, 1}, {0, 0}};
+    while (take_option(m, &value, t, up)) continue;
+    t->scale[0] = (float)up[0][0], t->offset[0] = (float)up[1][0];
+    t->scale[1] = (float)up[0][1], t->offset[1] = (float)(1 - up[0][1] - up[1][1]);
+    if (*value) t->image = image_at(m, beside(m, value));
 }
 
-static void take_numbers(const char *value, float *to, int count)
+/* ---- statements */
+
+typedef struct factor_row {
+    const char *word;
+    size_t at; /* in a material */
+    int count;
+    bool is_share;
+} factor_row;
+static const factor_row factor_rows[] = {{"Kd", offsetof(qw_material, color), 3, true},
+                                         {"Ke", offsetof(qw_material, emission), 3, false},
+                                         {"Pr", offsetof(qw_material, roughness), 1, true},
+                                         {"Pm", offsetof(qw_material, metallic), 1, true}};
+
+typedef struct map_row {
+    const char *word;
+    size_t at; /* in a material */
+} map_row;
+static const map_row map_rows[] = {{"map_Kd", offsetof(qw_material, color_map)},
+                                   {"map_Pr", offsetof(qw_material, roughness_map)},
+                                   {"map_Pm", offsetof(qw_material, metallic_map)},
+                                   {"map_Ke", offsetof(qw_material, emission_map)},
+                                   {"norm", offsetof(qw_material, normal_map)}};
+
+static bool take_factor(mtl *m, const char *word, const char *value)
 {
-    for (int i = 0; i < count; i++) {
-        char *end;
-        double x = strtod(value, &end);
-        if (end == value) return;
-        to[i] = (float)x, value = end;
+    for (size_t i = 0; i < sizeof factor_rows / sizeof *factor_rows; i++) {
+        const factor_row *r = &factor_rows[i];
+        if (strcmp(word, r->word) != 0) continue;
+        take_factors(m, word, value, r->is_share ? qw_factor_share : qw_factor_upward,
+                     (float *)(void *)((char *)m->now + r->at), r->count);
+        return true;
     }
+    return false;
 }
 
 static void take_line(mtl *m, char *word, char *value)
 {
-    qw_material *a = m->now;
     if (strcmp(word, "newmtl") == 0) {
         m->now = NULL;
         for (uint32_t i = 0; i < m->list.count; i++)
             if (strcmp(m->names[i], value) == 0) m->now = &m->list.material[i];
         return;
     }
-    if (!a) return;
-    if (strcmp(word, "Kd") == 0) take_numbers(value, a->color, 3);
-    else if (strcmp(word, "Ke") == 0) take_numbers(value, a->emission, 3);
-    else if (strcmp(word, "d") == 0) take_numbers(value, &a->color[3], 1);
-    else if (strcmp(word, "Pr") == 0) take_numbers(value, &a->roughness, 1);
-    else if (strcmp(word, "Pm") == 0) take_numbers(value, &a->metallic, 1);
-    else if (strcmp(word, "map_Kd") == 0) take_map(m, value, &a->color_map);
-    else if (strcmp(word, "map_Pr") == 0) take_map(m, value, &a->roughness_map);
-    else if (strcmp(word, "map_Pm") == 0) take_map(m, value, &a->metallic_map);
-    else if (strcmp(word, "norm") == 0) take_map(m, value, &a->normal_map);
-    else if (strcmp(word, "map_Ke") == 0) {
-        take_map(m, value, &a->emission_map);
-        if (a->emission[0] == 0 && a->emission[1] == 0 && a->emission[2] == 0)
-            a->emission[0] = a->emission[1] = a->emission[2] = 1;
-    }
+    if (!m->now || take_factor(m, word, value)) return;
+    if (strcmp(word, "d") == 0) take_factors(m, word, value, qw_factor_share, &m->now->color[3], 1);
+    for (size_t i = 0; i < sizeof map_rows / sizeof *map_rows; i++)
+        if (strcmp(word, map_rows[i].word) == 0)
+            take_map(m, value, (qw_texture *)(void *)((char *)m->now + map_rows[i].at));
+    const float *e = m->now->emission;
+    if (strcmp(word, "map_Ke") == 0 && e[0] == 0 && e[1] == 0 && e[2] == 0)
+        m->now->emission[0] = m->now->emission[1] = m->now->emission[2] = 1;
 }
 
 static void read_library(mtl *m, const char *name)
 {
-    qw_bytes bytes = read_or_warn(m->env, beside(m, name));
+    qw_bytes bytes = read_or_note(m, beside(m, name));
     m->now = NULL;
     for (size_t at = 0; bytes.at && at < bytes.size;) {
         size_t end = at;

@@ -89,7 +89,7 @@ static void find_seen(qw_env *env, const qw_clean_input *input, const qw_clean *
     for (uint32_t f = 0; f < input->face_count; f++) {
         uint32_t begin = input->face_begin[f], end = input->face_begin[f + 1];
         double middle[3] = {0, 0, 0};
-        if (f % 4096 == 0) qw_break_silence(env);
+        if (f % 4096 == 0) qw_heartbeat(env);
         if (facts->component[f] != QW_NONE || end - begin < 3) continue;
         for (uint32_t c = begin; c < end; c++) {
             double q[3];

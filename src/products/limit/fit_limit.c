@@ -173,7 +173,7 @@ static void pull_from_surface(qw_env *env, fitting *t)
             hint = hit.face;
             pull_from(t, &limit, &hit, p, step);
         }
-        qw_break_silence(env);
+        qw_heartbeat(env);
     }
 }
 
@@ -375,7 +375,7 @@ void qw_fit_limit(qw_env *env, qw_quadmesh *q, const qw_limit_fit *fit)
     memcpy(x0, x, 3 * (size_t)n * sizeof *x);
     qw_stencils_apply(env, &t.limit, x, t.first);
     for (int round = 0; round < PROJECTIONS; round++) {
-        qw_break_silence(env);
+        qw_heartbeat(env);
         project(env, &t, x, x0);
     }
     hold_back_limit_flips(env, &t, before);

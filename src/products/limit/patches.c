@@ -2,6 +2,7 @@
 
 #include "products/limit/stencils.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -45,6 +46,7 @@ static uint32_t sector_size(const qw_quadmesh *q, uint32_t h)
    a corner one is. */
 static void place_inner(const patching *t, uint32_t h)
 {
+    assert(h < 4 * t->quads->face_count);
     const qw_quadmesh *q = t->quads;
     uint32_t v = q->corner[h], size = sector_size(q, h);
     double n = t->rule[v] == QW_RULE_SMOOTH   ? size
@@ -61,6 +63,7 @@ static void place_inner(const patching *t, uint32_t h)
 /* The point on the edge of h next to its tail; h stands for its edge, or its twin does. */
 static void place_on_edge(const patching *t, uint32_t h, double *out)
 {
+    assert(h < 4 * t->quads->face_count);
     const qw_quadmesh *q = t->quads;
     double sum[3] = {0, 0, 0};
     if (is_sharp(q, h)) {
@@ -103,6 +106,7 @@ static void number_edges(patching *t)
 
 static void fill_face(const patching *t, uint32_t f, uint32_t grid[16], uint32_t side[4], uint8_t is_along[4])
 {
+    assert(f < t->quads->face_count);
     /* of each corner: where it lies in the grid, and the steps ahead along its half-edge and back along the one before
      */
     static const int corner[4] = {0, 12, 15, 3}, ahead[4] = {4, 1, -4, -1}, back[4] = {1, -4, -1, 4};
@@ -117,16 +121,21 @@ static void fill_face(const patching *t, uint32_t f, uint32_t grid[16], uint32_t
     }
 }
 
+/* The diagonal of the box, by halves of its longest side: squares of lengths may overflow. */
 static double extent_of(const patching *t)
 {
-    double low[3] = {0}, high[3] = {0}, sum = 0;
+    double low[3] = {0}, high[3] = {0}, most = 0, sum = 0;
     for (uint32_t v = 0; v < t->quads->vertex_count; v++)
         for (int k = 0; k < 3; k++) {
             double x = t->position[3 * (size_t)v + (size_t)k];
             low[k] = v ? fmin(low[k], x) : x, high[k] = v ? fmax(high[k], x) : x;
         }
-    for (int k = 0; k < 3; k++) sum += (high[k] - low[k]) * (high[k] - low[k]);
-    return sqrt(sum);
+    for (int k = 0; k < 3; k++) most = fmax(most, high[k] / 2 - low[k] / 2);
+    for (int k = 0; k < 3 && most > 0; k++) {
+        double side = (high[k] / 2 - low[k] / 2) / most;
+        sum += side * side;
+    }
+    return 2 * (most * sqrt(sum));
 }
 
 qw_patches qw_make_patches(qw_env *env, const qw_quadmesh *q, const double *position)

@@ -14,6 +14,9 @@ static const double FINE = 100;
 /* The area of a surface over that of the faces of the cells that hold it, in the mean of all directions. */
 static const double FACES_TO_AREA = 2.0 / 3;
 
+/* A cell is at least so many steps of double precision wide. */
+static const double LEAST_SPACINGS = 8;
+
 typedef struct box {
     double low[3], high[3];
 } box;
@@ -62,6 +65,27 @@ static void keep_some(const qw_clean_input *input, qw_triangles *t)
     t->count = kept;
 }
 
+/* How far apart double precision has its numbers at the coordinate that is farthest from the origin, at most. */
+static double spacing_of(const box *b)
+{
+    double most = 0;
+    for (int k = 0; k < 3; k++) most = fmax(most, fmax(fabs(b->low[k]), fabs(b->high[k])));
+    return most * DBL_EPSILON;
+}
+
+/* Vertices of the skin are rounded when they come back to the coordinates of the input: cells that are hardly wider
+   than what the coordinates can tell apart would have them at one place. */
+static bool is_told_apart(const box *b, double cell) { return cell >= LEAST_SPACINGS * spacing_of(b); }
+
+static void require_told_apart(qw_env *env, const box *b, double cell)
+{
+    if (is_told_apart(b, cell)) return;
+    qw_fail(env, QW_TOO_LARGE, -1,
+            "so far from the origin coordinates are %.3g apart in double precision, too coarse for a wrap of distance "
+            "%.3g: move the input to the origin, or let the distance be %.3g at least",
+            spacing_of(b), 2 * cell, 2 * LEAST_SPACINGS * spacing_of(b));
+}
+
 static qw_filled fill(qw_env *env, const qw_clean_input *input, double cell, bool closes)
 {
     qw_filled f = {.polygons = qw_triangulate(env, input)};
@@ -75,6 +99,7 @@ static qw_filled fill(qw_env *env, const qw_clean_input *input, double cell, boo
     if (!isfinite(0x1p26 / longest)) /* a unit of the lattice is to be a normal number */
         qw_fail(env, QW_ONLY_DEGENERATE, -1,
                 "the surface is %.3g long: in double precision so little has no area; scale the input up", longest);
+    require_told_apart(env, &b, cell);
     qw_wrap_frame frame = qw_wrap_frame_of(env, b.low, b.high, cell);
     f.triangles = (qw_wrap_triangles){f.polygons.count, f.polygons.corner, in_units(env, input, &frame)};
     f.lattice = qw_wrap_lattice_fill(env, &frame, &f.triangles, closes);
@@ -116,7 +141,7 @@ double qw_wrap_hidden(qw_env *env, const qw_clean_input *input)
     double longest = 0;
     for (int k = 0; k < 3; k++) longest = fmax(longest, b.high[k] - b.low[k]);
     double share = 0;
-    if (longest > 0 && isfinite(longest)) {
+    if (longest > 0 && isfinite(longest) && is_told_apart(&b, longest / FINE)) {
         qw_filled f = fill(env, input, longest / FINE, false);
         share = qw_hidden_area(&f.lattice, &f.triangles);
     }
@@ -162,7 +187,7 @@ static uint8_t *seen_polygons(qw_env *env, const qw_wrap_target *target, const q
 
 qw_wrapped qw_wrap(qw_env *env, const qw_clean_input *input, double distance)
 {
-    assert(distance > 0);
+    if (!(distance > 0)) qw_fail(env, QW_ONLY_DEGENERATE, 0, "all vertices of the faces lie at one place");
     qw_wrapped w = {.distance = distance};
     qw_scope_begin(env);
     qw_filled f = qw_wrap_fill(env, input, distance);
@@ -178,7 +203,7 @@ qw_wrapped qw_wrap(qw_env *env, const qw_clean_input *input, double distance)
     w.stats = qw_wrap_stats_of(env, &f.lattice, &f.triangles, input->vertex_count, &skin, &target, touched);
     memcpy(w.origin, skin.frame.origin, sizeof w.origin), w.unit = skin.frame.unit;
     w.triangles = f.polygons.count, w.hidden = target.hidden;
-    w.clusters = f.lattice.clusters, w.crumbs = f.lattice.crumbs;
+    w.clusters = f.lattice.clusters, w.fragments = f.lattice.fragments;
     qw_scope_end(env);
     return w;
 }

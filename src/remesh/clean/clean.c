@@ -3,6 +3,7 @@
 #include "remesh/clean/clean.h"
 
 #include "base/mechanisms.h"
+#include "base/sets.h"
 #include "remesh/clean/junctions.h"
 #include "remesh/clean/own_frame.h"
 #include "geometry/triangulate.h"
@@ -14,6 +15,8 @@
 
 /* Boundary vertices closer than this share of the bounding box's diagonal may be one vertex written twice. */
 static const double NEAR = 1e-6;
+/* The same of the rims of a slit that sewing has left. */
+static const double SLIT = 1e-5;
 
 /* Marks the vertices on edges with one side; returns their number. */
 static uint32_t find_open(const qw_sheets *s, const qw_edges *edges, uint8_t *open)
@@ -35,6 +38,16 @@ static qw_edges edges_of(qw_env *env, const qw_sheets *s)
     return qw_edges_build(env, 3, s->corner, s->face_count, s->vertex_count);
 }
 
+static void mark_open(const qw_sheets *s, const qw_edges *edges)
+{
+    memset(s->open, 0, 3 * (size_t)s->face_count * sizeof *s->open);
+    for (uint32_t v = 0; v < s->vertex_count; v++)
+        for (uint32_t i = edges->begin[v], end; i < edges->begin[v + 1]; i = end) {
+            end = qw_edge_end(edges, i, edges->begin[v + 1]);
+            if (end - i == 1) s->open[qw_side_half(edges->side[i])] = 1;
+        }
+}
+
 /* Edges are gathered again only where something was joined. */
 static void gather_again(qw_env *env, const qw_sheets *s, qw_edges *edges)
 {
@@ -49,6 +62,8 @@ static void weld(qw_env *env, qw_sheets *s, const qw_clean_input *input, qw_edge
     if (!input->separate_corners) {
         open = QW_NEW(env, uint8_t, s->vertex_count);
         if (find_open(s, edges, open) == 0) return;
+        s->open = QW_NEW(env, uint8_t, 3 * (size_t)s->face_count);
+        mark_open(s, edges);
     }
     uint32_t welded = qw_weld_equal(env, input->position, s->vertex_count, open, s->corner, s->face_count),
              dropped = qw_drop_degenerate(s);
@@ -57,20 +72,48 @@ static void weld(qw_env *env, qw_sheets *s, const qw_clean_input *input, qw_edge
 }
 
 /* Joins what is nearly at one position. */
-static void weld_near(qw_env *env, qw_sheets *s, qw_edges *edges, qw_clean_counts *counts)
+static void weld_near(qw_env *env, qw_sheets *s, double near, const uint8_t *only, qw_edges *edges,
+                      qw_clean_counts *counts)
 {
-    uint32_t welded = qw_weld_near(env, s->position, s->vertex_count, NEAR, edges, s->corner, s->face_count);
+    uint32_t welded = qw_weld_near(env, s->position, s->vertex_count, near, only, edges, s->corner, s->face_count);
     counts->welded_vertices += welded;
     if (welded > 0) gather_again(env, s, edges);
+}
+
+/* What is sewn is sewn whole: a boundary that runs on from vertices where edges were split may have others that lie
+   somewhat further apart, of which slits would be left. */
+static void close_slits(qw_env *env, qw_sheets *s, uint8_t *sewn, qw_edges *edges, qw_clean_counts *counts)
+{
+    uint32_t *loop = QW_NEW(env, uint32_t, s->vertex_count);
+    uint8_t *only = QW_NEW_ZERO(env, uint8_t, s->vertex_count), *open = QW_NEW(env, uint8_t, s->vertex_count);
+    qw_sets_begin(loop, s->vertex_count);
+    find_open(s, edges, open);
+    for (uint32_t v = 0; v < s->vertex_count; v++)
+        for (uint32_t i = edges->begin[v], end; i < edges->begin[v + 1]; i = end) {
+            end = qw_edge_end(edges, i, edges->begin[v + 1]);
+            if (end - i == 1) qw_join_sets(loop, v, qw_side_upper(edges->side[i]));
+        }
+    for (uint32_t v = 0; v < s->vertex_count; v++)
+        if (sewn[v] && open[v]) only[qw_set_of(loop, v)] = 1;
+    for (uint32_t v = 0; v < s->vertex_count; v++) open[v] &= only[qw_set_of(loop, v)];
+    weld_near(env, s, SLIT, open, edges, counts);
+    counts->sewn_junctions += qw_sew_junctions(env, s, SLIT, edges, open, sewn);
+    gather_again(env, s, edges);
+    qw_free(env, loop), qw_free(env, only), qw_free(env, open);
 }
 
 /* Splits edges at vertices that lie on them. */
 static void sew(qw_env *env, qw_sheets *s, qw_edges *edges, qw_clean_counts *counts)
 {
     if (!qw_uses(env, QW_MECH_JUNCTIONS)) return;
-    counts->sewn_junctions = qw_sew_junctions(env, s, NEAR, edges);
+    uint8_t *sewn = QW_NEW_ZERO(env, uint8_t, s->vertex_count);
+    counts->sewn_junctions = qw_sew_junctions(env, s, NEAR, edges, NULL, sewn);
     qw_did(env, QW_MECH_JUNCTIONS, counts->sewn_junctions);
-    if (counts->sewn_junctions > 0) gather_again(env, s, edges);
+    if (counts->sewn_junctions > 0) {
+        gather_again(env, s, edges);
+        close_slits(env, s, sewn, edges, counts);
+    }
+    qw_free(env, sewn);
 }
 
 /* ---- frame */
@@ -87,6 +130,7 @@ typedef struct boxing {
     box *boxes; /* box[blocks] */
 } boxing;
 
+/* The box around the corners of a block's triangles. */
 static void hold_corners(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const boxing *a = user;
@@ -100,6 +144,7 @@ static void hold_corners(void *user, uint32_t block, uint32_t begin, uint32_t en
     a->boxes[block] = b;
 }
 
+/* The box around all corners; vertices without a triangle do not count. */
 static box box_of_corners(qw_env *env, const qw_sheets *s, const double *position)
 {
     uint32_t blocks = qw_block_count(s->face_count, QW_GRAIN_LIGHT);
@@ -181,8 +226,11 @@ static bool has_area(const qw_sheets *s, const qw_frame *frame)
 
 /* ---- result */
 
+/* The cleaned surface in single precision, out of the sheets: kept after the scope. Components that single
+ * precision would flatten get frames of their own. */
 static qw_clean result_of(qw_env *env, const qw_sheets *s, const qw_frame *frame, const qw_clean_counts *counts)
 {
+    assert(s->components <= s->face_count);
     qw_clean c = {.frame = *frame,
                   .component = s->component,
                   .components = s->components,
@@ -212,10 +260,10 @@ static void make_sheets(qw_env *env, qw_sheets *s, qw_edges *edges, double least
                         qw_clean_counts *counts)
 {
     assert(least_share >= 0 && least_share <= 1);
-    uint32_t crowded;
-    counts->dropped_duplicate = qw_pair_sides(env, s, edges, &crowded);
+    uint32_t nonmanifold;
+    counts->dropped_duplicate = qw_pair_sides(env, s, edges, &nonmanifold);
     qw_edges_free(env, edges);
-    counts->split_edges = crowded;
+    counts->split_edges = nonmanifold;
     qw_progress(env, 0.7);
     qw_oriented oriented = qw_orient_sheets(env, s, outward);
     counts->flipped_triangles = oriented.triangles, counts->flipped_alone = oriented.alone;
@@ -224,7 +272,7 @@ static void make_sheets(qw_env *env, qw_sheets *s, qw_edges *edges, double least
     counts->split_vertices = qw_split_fans(env, s);
     counts->dropped_isolated = named + counts->split_vertices - s->vertex_count - counts->welded_vertices;
     if (least_share > 0) counts->dropped_components = qw_drop_small_components(env, s, least_share);
-    uint32_t separated = crowded + oriented.seams > 0 && qw_uses(env, QW_MECH_PARALLEL_EDGES)
+    uint32_t separated = nonmanifold + oriented.seams + s->apart > 0 && qw_uses(env, QW_MECH_PARALLEL_EDGES)
                              ? qw_split_parallel_edges(env, s)
                              : 0;
     qw_did(env, QW_MECH_PARALLEL_EDGES, separated);
@@ -253,7 +301,7 @@ qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input, double least
     qw_frame frame = find_frame(env, &s, input->position);
     s.position = centred_positions(env, &frame, input->position, s.vertex_count);
     s.point_count = s.vertex_count;
-    if (!input->cut) weld_near(env, &s, &edges, &counts), sew(env, &s, &edges, &counts);
+    if (!input->cut) weld_near(env, &s, NEAR, NULL, &edges, &counts), sew(env, &s, &edges, &counts);
     if (!has_area(&s, &frame)) qw_fail(env, QW_ONLY_DEGENERATE, -1, "none of %u triangles has an area", t.count);
     make_sheets(env, &s, &edges, least_share, outward, &counts);
     counts.dropped_flat = qw_drop_flat_components(env, &s, offset_of(&frame), &counts.first_flat);

@@ -15,6 +15,9 @@ static const double GROWN = 4;
 /* Edges asked, for each open edge, in all: many long edges side by side would take the square of their number. */
 static const uint64_t MOST_ASKED = 256;
 enum { ROUNDS = 8 };
+/* Sheets slid along one another are cut differently, and their faces need not lie in one plane where they are curved;
+   those that agree may be a thin blade of which each side was cut by itself. */
+static const qw_fold_limits slid_rims = {0.985, 0.5}; /* 10 and 60 degrees */
 
 typedef struct open_edge {
     uint32_t half, from, to;
@@ -25,10 +28,11 @@ typedef struct open_edge {
 typedef struct sewing {
     qw_env *env;
     const qw_sheets *sheets;
+    const uint8_t *only; /* of the call */
     double tolerance;
     open_edge *edge; /* open_edge[edges] */
     uint32_t edges;
-    uint64_t *along;  /* uint64_t[2 edges]: vertex << 32 | the other end, sorted */
+    uint64_t *along;  /* uint64_t[2 edges]: vertex << 32 | an edge of it, sorted */
     qw_box_tree tree; /* its primitives are the edges, in their order */
     uint64_t *split;  /* uint64_t[splits]: edge << 32 | vertex */
     size_t splits, room;
@@ -50,6 +54,7 @@ static uint32_t count_open(const qw_edges *edges, uint32_t vertex_count)
     return count;
 }
 
+/* Lists the edges with one triangle, and sorts them by their ends, both ways round. */
 static void find_open_edges(sewing *w, const qw_edges *edges)
 {
     const qw_sheets *s = w->sheets;
@@ -58,13 +63,17 @@ static void find_open_edges(sewing *w, const qw_edges *edges)
         for (uint32_t i = edges->begin[v], end; i < edges->begin[v + 1]; i = end) {
             end = qw_edge_end(edges, i, edges->begin[v + 1]);
             uint32_t h = qw_side_half(edges->side[i]);
-            if (end - i == 1)
+            if (end - i == 1 && (!w->only || (w->only[s->corner[h]] && w->only[s->corner[qw_next(h)]])))
                 w->edge[w->edges++] = (open_edge){.half = h, .from = s->corner[h], .to = s->corner[qw_next(h)]};
         }
+}
+
+static void list_along(sewing *w)
+{
     w->along = QW_NEW(w->env, uint64_t, 2 * (size_t)w->edges);
     for (uint32_t e = 0; e < w->edges; e++) {
-        w->along[2 * (size_t)e] = (uint64_t)w->edge[e].from << 32 | w->edge[e].to;
-        w->along[2 * (size_t)e + 1] = (uint64_t)w->edge[e].to << 32 | w->edge[e].from;
+        w->along[2 * (size_t)e] = (uint64_t)w->edge[e].from << 32 | e;
+        w->along[2 * (size_t)e + 1] = (uint64_t)w->edge[e].to << 32 | e;
     }
     qw_sort_u64(w->along, 2 * (size_t)w->edges);
 }
@@ -116,6 +125,7 @@ static double distance2(const double *p, const double *q)
 /* The first of the open edges from v, in `along`. */
 static size_t first_along(const sewing *w, uint32_t v)
 {
+    assert(v < w->sheets->vertex_count);
     size_t begin = 0, end = 2 * (size_t)w->edges;
     while (begin < end) {
         size_t middle = begin + (end - begin) / 2;
@@ -125,9 +135,10 @@ static size_t first_along(const sewing *w, uint32_t v)
     return begin;
 }
 
-/* Whether vertex v lies inside edge e, which another open edge from v goes along. */
+/* Whether vertex v lies inside edge e, which another open edge from v goes along, whose face goes on from that of e. */
 static bool lies_on(const sewing *w, const open_edge *e, uint32_t v)
 {
+    assert(v < w->sheets->vertex_count);
     double near2 = w->tolerance * w->tolerance, off;
     const double *p = point_of(w, v);
     if (v == e->from || v == e->to) return false;
@@ -135,8 +146,9 @@ static bool lies_on(const sewing *w, const open_edge *e, uint32_t v)
     if (!(t > 0 && t < 1) || off > near2 || v == w->sheets->corner[qw_prev(e->half)]) return false;
     if (distance2(p, point_of(w, e->from)) <= near2 || distance2(p, point_of(w, e->to)) <= near2) return false;
     for (size_t i = first_along(w, v); i < 2 * (size_t)w->edges && w->along[i] >> 32 == v; i++) {
-        place_on(w, e, point_of(w, (uint32_t)w->along[i]), &off);
-        if (off <= near2) return true;
+        const open_edge *other = &w->edge[(uint32_t)w->along[i]];
+        place_on(w, e, point_of(w, other->from == v ? other->to : other->from), &off);
+        if (off <= near2 && !qw_fold_back(w->sheets, e->half, other->half, &slid_rims)) return true;
     }
     return false;
 }
@@ -154,8 +166,10 @@ static bool is_outside(const qw_box_node *n, const double *p)
     return false;
 }
 
+/* Notes a split of each open edge that vertex v lies on, by the tree of boxes around the edges. */
 static void ask_edges(sewing *w, uint32_t v)
 {
+    assert(v < w->sheets->vertex_count);
     uint32_t stack[QW_BOX_STACK], top = 0;
     const double *p = point_of(w, v);
     stack[top++] = 0;
@@ -189,7 +203,7 @@ static bool ask_all(sewing *w)
     uint8_t *has_asked = QW_NEW_ZERO(w->env, uint8_t, w->sheets->vertex_count);
     for (uint32_t i = 0; i < w->edges; i++) {
         const uint32_t ends[2] = {w->edge[i].from, w->edge[i].to};
-        qw_break_silence(w->env);
+        qw_heartbeat(w->env);
         for (int k = 0; k < 2; k++) {
             if (!has_asked[ends[k]]) ask_edges(w, ends[k]);
             has_asked[ends[k]] = 1;
@@ -200,6 +214,8 @@ static bool ask_all(sewing *w)
     return true;
 }
 
+/* Finds all vertices that lie on open edges, an edge's in the order along it. False: none, or there would be too
+ * many questions. */
 static bool find_splits(sewing *w)
 {
     if (!ask_all(w)) return false;
@@ -219,6 +235,7 @@ static bool find_splits(sewing *w)
 /* of: uint32_t[3 face_count], the split edge that each half-edge is a part of, or QW_NONE. */
 typedef struct pieces {
     uint32_t *corner, *source, *of;
+    uint8_t *open; /* as that of the sheets; NULL as there */
     uint32_t count;
 } pieces;
 
@@ -231,9 +248,11 @@ static void put(pieces *p, uint32_t at, uint32_t a, uint32_t b, uint32_t c)
    stays the first. Returns the half-edge that the one after h has become. */
 static uint32_t split_at(const sewing *w, pieces *p, uint32_t number, uint32_t h)
 {
+    assert(h < 3 * p->count);
     const open_edge *e = &w->edge[number];
     uint32_t f = h / 3, from = p->corner[h], to = p->corner[qw_next(h)], apex = p->corner[qw_prev(h)];
     uint32_t last_of = p->of[qw_next(h)], first_of = p->of[qw_prev(h)], source = p->source[f], at = f;
+    uint8_t last_open = p->open ? p->open[qw_next(h)] : 0, first_open = p->open ? p->open[qw_prev(h)] : 0;
     for (uint32_t i = e->begin; i <= e->end; i++) {
         uint32_t v = i < e->end ? (uint32_t)w->split[i] : to;
         put(p, at, from, v, apex);
@@ -241,6 +260,11 @@ static uint32_t split_at(const sewing *w, pieces *p, uint32_t number, uint32_t h
         p->of[3 * (size_t)at] = number;
         p->of[3 * (size_t)at + 1] = v == to ? last_of : QW_NONE;
         p->of[3 * (size_t)at + 2] = at == f ? first_of : QW_NONE;
+        if (p->open) {
+            p->open[3 * (size_t)at] = 1;
+            p->open[3 * (size_t)at + 1] = v == to ? last_open : 0;
+            p->open[3 * (size_t)at + 2] = at == f ? first_open : 0;
+        }
         from = v;
         if (i < e->end) at = p->count++;
     }
@@ -254,6 +278,7 @@ static void split_faces(const sewing *w, const uint32_t *at, pieces *p)
     memcpy(p->corner, s->corner, 3 * (size_t)s->face_count * sizeof *p->corner);
     memcpy(p->source, s->source, s->face_count * sizeof *p->source);
     memset(p->of, 0xff, 3 * (size_t)(s->face_count + w->splits) * sizeof *p->of);
+    if (p->open) memcpy(p->open, s->open, 3 * (size_t)s->face_count * sizeof *p->open);
     p->count = s->face_count;
     for (uint32_t f = 0; f < s->face_count; f++) {
         uint32_t now[3] = {3 * f, 3 * f + 1, 3 * f + 2};
@@ -268,14 +293,18 @@ static void split_faces(const sewing *w, const uint32_t *at, pieces *p)
 }
 
 /* Takes back the splits of edges of which no part is closed now, or one has more than two sides. Returns whether there
-   are any. closed: uint8_t[edges]: 1 yes, 2 crowded. */
+   are any. closed: uint8_t[edges]: 1 yes, 2 nonmanifold. */
 static bool take_back(sewing *w, const pieces *p, uint8_t *closed)
 {
     qw_edges edges = qw_edges_build(w->env, 3, p->corner, p->count, w->sheets->vertex_count);
+    qw_sheets cut = *w->sheets;
+    cut.corner = p->corner, cut.open = p->open;
     memset(closed, 0, w->edges);
     for (uint32_t v = 0; v < w->sheets->vertex_count; v++)
         for (uint32_t i = edges.begin[v], end; i < edges.begin[v + 1]; i = end) {
             end = qw_edge_end(&edges, i, edges.begin[v + 1]);
+            if (end - i == 2 && qw_stay_apart(&cut, qw_side_half(edges.side[i]), qw_side_half(edges.side[i + 1])))
+                continue;
             for (uint32_t k = i; k < end && end - i > 1; k++) {
                 uint32_t e = p->of[qw_side_half(edges.side[k])];
                 if (e != QW_NONE) closed[e] |= end - i > 2 ? 2 : 1;
@@ -288,7 +317,9 @@ static bool take_back(sewing *w, const pieces *p, uint8_t *closed)
     return any;
 }
 
-static uint32_t sew(sewing *w, qw_sheets *s)
+/* Splits triangles at the vertices that lie on their open edges, in rounds, until no split is taken back. Returns
+ * how many splits stay. */
+static uint32_t sew(sewing *w, qw_sheets *s, uint8_t *is_sewn)
 {
     size_t faces = s->face_count + w->splits;
     if (faces >= QW_NONE / 3) return 0;
@@ -296,30 +327,34 @@ static uint32_t sew(sewing *w, qw_sheets *s)
     memset(at, 0xff, 3 * (size_t)s->face_count * sizeof *at);
     for (uint32_t e = 0; e < w->edges; e++) at[w->edge[e].half] = e;
     pieces p = {QW_NEW(w->env, uint32_t, 3 * faces), QW_NEW(w->env, uint32_t, faces),
-                QW_NEW(w->env, uint32_t, 3 * faces), 0};
+                QW_NEW(w->env, uint32_t, 3 * faces), s->open ? QW_NEW(w->env, uint8_t, 3 * faces) : NULL, 0};
     uint8_t *closed = QW_NEW(w->env, uint8_t, w->edges);
     bool settled = false;
     for (int round = 0; round < ROUNDS && !settled; round++) {
         split_faces(w, at, &p);
         settled = !take_back(w, &p, closed);
     }
-    for (uint32_t e = 0; e < w->edges && settled; e++) sewn += w->edge[e].kept ? w->edge[e].end - w->edge[e].begin : 0;
+    for (uint32_t e = 0; e < w->edges && settled; e++)
+        for (uint32_t i = w->edge[e].begin; w->edge[e].kept && i < w->edge[e].end; i++)
+            is_sewn[(uint32_t)w->split[i]] = 1, sewn++;
     if (sewn == 0) return 0;
-    s->face_count = p.count, s->corner = p.corner, s->source = p.source;
-    qw_keep(w->env, p.corner), qw_keep(w->env, p.source);
+    s->face_count = p.count, s->corner = p.corner, s->source = p.source, s->open = p.open;
+    qw_keep(w->env, p.corner), qw_keep(w->env, p.source), qw_keep(w->env, p.open);
     return sewn;
 }
 
-uint32_t qw_sew_junctions(qw_env *env, qw_sheets *s, double tolerance, const qw_edges *edges)
+uint32_t qw_sew_junctions(qw_env *env, qw_sheets *s, double tolerance, const qw_edges *edges, const uint8_t *only,
+                          uint8_t *is_sewn)
 {
     assert(tolerance > 0 && !s->twin && !s->point);
     uint32_t sewn = 0;
     qw_scope_begin(env);
-    sewing w = {.env = env, .sheets = s, .tolerance = tolerance};
+    sewing w = {.env = env, .sheets = s, .only = only, .tolerance = tolerance};
     find_open_edges(&w, edges);
     if (w.edges > 0) {
         build_tree(&w);
-        if (find_splits(&w)) sewn = sew(&w, s);
+        list_along(&w);
+        if (find_splits(&w)) sewn = sew(&w, s, is_sewn);
     }
     qw_scope_end(env);
     return sewn;

@@ -16,6 +16,7 @@ uint32_t qw_drop_degenerate(qw_sheets *s)
         if (qw_repeats_vertex(c)) continue;
         if (kept != f) {
             memcpy(s->corner + 3 * (size_t)kept, c, 3 * sizeof *c);
+            if (s->open) memcpy(s->open + 3 * (size_t)kept, s->open + 3 * (size_t)f, 3 * sizeof *s->open);
             s->source[kept] = s->source[f];
         }
         kept++;
@@ -25,6 +26,7 @@ uint32_t qw_drop_degenerate(qw_sheets *s)
     return dropped;
 }
 
+/* Closes the gaps of dropped triangles. moved: uint32_t[faces], receives their new numbers. */
 static void compact_faces(qw_sheets *s, uint32_t *moved)
 {
     assert(s->kind && moved);
@@ -55,7 +57,7 @@ static uint32_t largest_edge(const qw_edges *edges, uint32_t vertex_count)
     return largest;
 }
 
-/* An edge with more faces than this is no surface that anyone meant; its sides are paired in the order of the file, so
+/* An edge with more faces than this is no surface that anyone built; its sides are paired in the order of the file, so
    that the work stays linear. */
 enum { MOST_BY_ANGLE = 32 };
 
@@ -74,6 +76,8 @@ static void unit(double *v)
 
 static const double *position_of(const qw_sheets *s, uint32_t v) { return s->position + 3 * (size_t)v; }
 
+/* For each wing (a triangle at an edge with several) the direction away from the edge, of unit length and square to
+ * it. axis: receives the edge's own. */
 static void wing_directions(const qw_sheets *s, uint32_t lower, uint32_t upper, wing *w, uint32_t count, double *axis)
 {
     assert(lower < upper && upper < s->vertex_count);
@@ -88,6 +92,32 @@ static void wing_directions(const qw_sheets *s, uint32_t lower, uint32_t upper, 
         for (int k = 0; k < 3; k++) out[k] -= along * axis[k];
         unit(out);
     }
+}
+
+/* Sheets of one position along their rims, as files have them of which each was cut alike. Those that agree may be a
+   thin blade. */
+static const qw_fold_limits same_rim = {0.99996, 0.985}; /* 0.5 and 10 degrees */
+
+bool qw_fold_back(const qw_sheets *s, uint32_t a, uint32_t b, const qw_fold_limits *limits)
+{
+    const uint32_t half[2] = {a, b};
+    double axis[2][3], out[2][3];
+    for (int i = 0; i < 2; i++) {
+        const double *p = position_of(s, s->corner[half[i]]), *q = position_of(s, s->corner[qw_next(half[i])]),
+                     *r = position_of(s, s->corner[qw_prev(half[i])]);
+        for (int k = 0; k < 3; k++) axis[i][k] = q[k] - p[k], out[i][k] = r[k] - p[k];
+        unit(axis[i]);
+        double along = qw_dot_doubles(out[i], axis[i]);
+        for (int k = 0; k < 3; k++) out[i][k] -= along * axis[i][k];
+        unit(out[i]);
+    }
+    bool agree = qw_dot_doubles(axis[0], axis[1]) < 0;
+    return qw_dot_doubles(out[0], out[1]) > (agree ? limits->agreeing : limits->disagreeing);
+}
+
+bool qw_stay_apart(const qw_sheets *s, uint32_t a, uint32_t b)
+{
+    return s->open && s->open[a] && s->open[b] && qw_fold_back(s, a, b, &same_rim);
 }
 
 /* Of two pairs with the same angle, that which folds inward is worse by so much: a choice for ever the same. */
@@ -112,6 +142,7 @@ static bool may_pair(const wing *a, const wing *b, bool both)
     return (a->forward || a->both) && (!b->forward || b->both);
 }
 
+/* Joins wings two by two, those that score best first, until no two may be joined. count: of the wings, few. */
 static void pair_by_angle(qw_sheets *s, const double *axis, wing *w, uint32_t count, bool both)
 {
     assert(count > 1);
@@ -132,6 +163,7 @@ static void pair_by_angle(qw_sheets *s, const double *axis, wing *w, uint32_t co
     }
 }
 
+/* Joins the sides of an edge with very many, one of each direction, in the order of the file. */
 static void pair_in_order(qw_sheets *s, uint32_t lower, const uint32_t *half, uint32_t count)
 {
     uint32_t a = 0, b = 0; /* a walks the sides of one direction, b those of the other */
@@ -149,7 +181,9 @@ static void pair_in_order(qw_sheets *s, uint32_t lower, const uint32_t *half, ui
 static bool pair_edge(qw_sheets *s, uint32_t lower, uint32_t upper, const uint32_t *half, uint32_t count)
 {
     assert(lower < s->vertex_count && upper < s->vertex_count);
-    if (count == 2) {
+    if (count == 2 && qw_stay_apart(s, half[0], half[1])) {
+        s->apart++;
+    } else if (count == 2) {
         s->twin[half[0]] = half[1];
         s->twin[half[1]] = half[0];
     }
@@ -173,9 +207,11 @@ static bool pair_edge(qw_sheets *s, uint32_t lower, uint32_t upper, const uint32
 typedef struct plain_pairs {
     qw_sheets *sheets;
     const qw_edges *edges;
-    uint8_t *strange; /* uint8_t[blocks]: has an edge with more than two sides, or one with two sides and one apex */
+    /* uint8_t[blocks]: has an edge with more than two sides, or with two that stay apart or have one apex */
+    uint8_t *strange;
 } plain_pairs;
 
+/* Joins the two sides of ordinary edges; notes where a block has others, which need more thought. */
 static void pair_plainly(void *user, uint32_t block, uint32_t begin, uint32_t end_vertex)
 {
     plain_pairs *p = user;
@@ -185,7 +221,8 @@ static void pair_plainly(void *user, uint32_t block, uint32_t begin, uint32_t en
             end = qw_edge_end(p->edges, i, p->edges->begin[v + 1]);
             if (end - i == 1) continue;
             uint32_t a = qw_side_half(p->edges->side[i]), b = qw_side_half(p->edges->side[i + 1]);
-            if (end - i > 2 || corner[qw_prev(a)] == corner[qw_prev(b)]) p->strange[block] = 1;
+            if (end - i > 2 || corner[qw_prev(a)] == corner[qw_prev(b)] || qw_stay_apart(p->sheets, a, b))
+                p->strange[block] = 1;
             p->sheets->twin[a] = b, p->sheets->twin[b] = a;
         }
 }
@@ -202,14 +239,14 @@ static bool pair_all_plainly(qw_env *env, qw_sheets *s, const qw_edges *edges)
     return strange == 0;
 }
 
-uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_t *crowded)
+uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_t *nonmanifold)
 {
-    assert(edges->side && crowded);
+    assert(edges->side && nonmanifold);
     size_t half_edges = 3 * (size_t)s->face_count;
     s->twin = QW_NEW(env, uint32_t, half_edges);
     memset(s->twin, 0xff, half_edges * sizeof(uint32_t));
     s->kind = QW_NEW_ZERO(env, uint8_t, s->face_count);
-    *crowded = 0;
+    *nonmanifold = s->apart = 0;
     if (pair_all_plainly(env, s, edges)) return 0;
     memset(s->twin, 0xff, half_edges * sizeof(uint32_t));
     qw_scope_begin(env);
@@ -222,7 +259,7 @@ uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_
             for (uint32_t j = i; j < end; j++)
                 if (s->kind[qw_side_half(edges->side[j]) / 3] != QW_FACE_DROPPED)
                     half[count++] = qw_side_half(edges->side[j]);
-            *crowded += pair_edge(s, v, qw_side_upper(edges->side[i]), half, count);
+            *nonmanifold += pair_edge(s, v, qw_side_upper(edges->side[i]), half, count);
         }
     if (dropped) compact_faces(s, QW_NEW(env, uint32_t, s->face_count));
     qw_scope_end(env);
@@ -258,6 +295,7 @@ typedef struct fans {
     uint64_t *corners;    /* uint64_t[blocks]: of the fans that those are in */
 } fans;
 
+/* Counts the corners of the fans that the vertices of a block keep. */
 static void count_fan_corners(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const fans *t = user;

@@ -18,10 +18,25 @@ typedef struct qw_sheets {
     uint32_t *source; /* uint32_t[face_count]: polygon of the file */
     /* uint32_t[3 face_count], half-edge or QW_NONE; may join sides of the same direction until oriented */
     uint32_t *twin;
+    /* uint8_t[3 face_count]: 1: half-edges that have no other side in the file, as their vertices name it; NULL: all
+       corners are apart there, or all half-edges have one */
+    uint8_t *open;
+    uint32_t apart;                  /* edges of two sides that were not paired, as these lie on one another */
     uint8_t *kind;                   /* uint8_t[face_count]: 0 or QW_FACE_BOTH; NULL until qw_pair_sides */
     uint32_t *component, components; /* uint32_t[face_count]: of each face, as qw_label_components has them; NULL until
                                         qw_orient_sheets */
 } qw_sheets;
+
+/* Cosines of the angle between two faces at a line below which they lie on one another there. */
+typedef struct qw_fold_limits {
+    double agreeing;    /* of sides that run in opposite directions, as those of one surface do */
+    double disagreeing; /* of sides of the same direction */
+} qw_fold_limits;
+/* Whether the faces of a and b, which run along one line, lie on one another there instead of going on from one
+   another. */
+bool qw_fold_back(const qw_sheets *s, uint32_t a, uint32_t b, const qw_fold_limits *limits);
+/* The same of sides between the same vertices, of which the file knows nothing of the other. */
+bool qw_stay_apart(const qw_sheets *s, uint32_t a, uint32_t b);
 
 /* Drops faces that repeat a vertex; returns their number. */
 uint32_t qw_drop_degenerate(qw_sheets *s);
@@ -30,9 +45,10 @@ uint32_t qw_drop_degenerate(qw_sheets *s);
    zeroed. Returns the number dropped. */
 uint32_t qw_find_duplicates(qw_env *env, const qw_sheets *s, const qw_edges *edges, uint8_t *kind);
 /* Drops duplicates and sets twin and kind. Where more than two sides meet at an edge, sides of opposite direction are
-   paired by the widest angle, then those of faces that may be turned either way, and what is left becomes boundary.
-   *crowded: the number of such edges. Returns the number of faces dropped. */
-uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_t *crowded);
+   paired by the widest angle, then those of faces that may be turned either way, and what is left becomes boundary; so
+   do two sides that stay apart. Sets `apart`.
+   *nonmanifold: the number of such edges. Returns the number of faces dropped. */
+uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_t *nonmanifold);
 /* What orienting changed. */
 typedef struct qw_oriented {
     uint32_t seams;      /* edges that were cut, as a component is one-sided */

@@ -1,10 +1,10 @@
-/* Each step of the table goes over the quads that it is for, by number. It takes the patch around a quad, in ever more
+/* Each step of the table goes over the quads that it is for, by number. It takes the window around a quad, in ever more
  * rings, tries to place its vertices better, and keeps what has fewer faults.
  */
 #include "remesh/relax/flip_repair.h"
 
 #include "base/mechanisms.h"
-#include "remesh/relax/quad_patch.h"
+#include "remesh/relax/quad_window.h"
 
 #include <assert.h>
 #include <float.h>
@@ -21,8 +21,8 @@ static const float LEAST_AREA = 0.05f;
 typedef enum remedy_for { FOR_CORNERS, FOR_DOUBTFUL, FOR_FLIPPED } remedy_for;
 
 /* One step of repair. applies: to which quads, those with an inverted corner and all worse ones, doubtful ones and
-   flipped ones, or flipped ones alone. rings: of the largest patch that is tried while the quad has faults.
-   least_area: share of the patch's area that must be left. */
+   flipped ones, or flipped ones alone. rings: of the largest window that is tried while the quad has faults.
+   least_area: share of the window's area that must be left. */
 typedef struct remedy {
     qw_mechanism mechanism;
     const char *name;
@@ -53,7 +53,7 @@ typedef struct engine {
     qw_repair_site site;
     qw_faults *known; /* [faces] */
     uint8_t *failed;  /* [faces] 1: this step did not help, and nothing has changed there since */
-    qw_patch *patch;
+    qw_window *window;
 } engine;
 
 static bool applies(const remedy *r, qw_faults known)
@@ -64,27 +64,27 @@ static bool applies(const remedy *r, qw_faults known)
 
 /* ---- one quad */
 
-/* Tries the step on the patch around quad f. Returns whether it left fewer faults, and keeps the result then. */
+/* Tries the step on the window around quad f. Returns whether it left fewer faults, and keeps the result then. */
 static bool repair_at(engine *g, uint32_t f, const remedy *r, uint32_t rings)
 {
     assert(f < g->site.e.mesh.face_count);
-    qw_patch *p = g->patch;
-    qw_break_silence(g->site.env);
+    qw_window *p = g->window;
+    qw_heartbeat(g->site.env);
     if (g->site.budget == 0) return false;
-    qw_patch_take(&g->site, p, g->site.e.mesh.corner + 4 * (size_t)f, 4, rings, r->freedom);
+    qw_window_take(&g->site, p, g->site.e.mesh.corner + 4 * (size_t)f, 4, rings, r->freedom);
     qw_faults before = {0, 0, 0};
     for (uint32_t i = 0; i < p->quads.face_count; i++) qw_add_faults(&before, g->known[p->face[i]], 1);
     p->least_area = r->least_area, p->faults = before;
-    qw_patch_place(&g->site, p, r->placing);
+    qw_window_place(&g->site, p, r->placing);
     if (!qw_fewer_faults(p->faults, before)) return false;
-    if (p->freedom != QW_ON_CURVES) qw_patch_put_on_curves(&g->site, p);
-    qw_patch_put(&g->site, p);
+    if (p->freedom != QW_ON_CURVES) qw_window_put_on_curves(&g->site, p);
+    qw_window_put(&g->site, p);
     for (uint32_t i = 0; i < p->quads.face_count; i++)
-        g->known[p->face[i]] = qw_patch_faults_of(&g->site, p, i), g->failed[p->face[i]] = 0;
+        g->known[p->face[i]] = qw_window_faults_of(&g->site, p, i), g->failed[p->face[i]] = 0;
     return true;
 }
 
-/* Tries patches of more and more rings, as long as the quad has faults. Returns whether any helped. */
+/* Tries windows of more and more rings, as long as the quad has faults. Returns whether any helped. */
 static bool repair_quad(engine *g, uint32_t f, const remedy *r)
 {
     bool any = false;
@@ -109,6 +109,7 @@ static bool repair_all(engine *g, const remedy *r, uint32_t *tried, uint32_t *ke
     return any;
 }
 
+/* Goes through the table of remedies, each within its own budget. */
 static void run_table(engine *g)
 {
     assert(g->site.tree && g->known && g->failed);
@@ -180,6 +181,7 @@ static void copy_flags(const engine *g, uint8_t *flipped)
         flipped[f] = (uint8_t)(g->known[f].flipped ? QW_FLIPPED : g->known[f].doubtful ? QW_DOUBTFUL : QW_NOT_FLIPPED);
 }
 
+/* All that the repair needs, in the current scope: the faults of every quad are known afterwards. */
 static engine *make_engine(qw_env *env, const qw_quadmesh *quads, const qw_flip_repair *repair, const qw_bvh *tree,
                            float edge)
 {
@@ -187,7 +189,7 @@ static engine *make_engine(qw_env *env, const qw_quadmesh *quads, const qw_flip_
     uint32_t vertices = quads->vertex_count, faces = quads->face_count;
     engine *g = QW_NEW_ZERO(env, engine, 1);
     qw_repair_site *s = &g->site;
-    g->patch = QW_NEW_ZERO(env, qw_patch, 1);
+    g->window = QW_NEW_ZERO(env, qw_window, 1);
     g->known = QW_NEW(env, qw_faults, faces), g->failed = QW_NEW(env, uint8_t, faces);
     *s = (qw_repair_site){.env = env, .e = qw_quad_edit_open(env, quads), .surface = repair->surface, .tree = tree};
     s->edge = edge;

@@ -110,6 +110,7 @@ static uint32_t move(exacting *x)
     return count;
 }
 
+/* Reports how many shapes of each kind were found. */
 static void count_found(exacting *x)
 {
     qw_report *r = x->run->report;
