@@ -205,6 +205,52 @@ static void hostile_webp_is_refused(void **state)
     protect(read_hostile_webp);
 }
 
+/* A picture of one pixel whose rows are those of a large one, as its head was changed. */
+static void read_bomb(void *user)
+{
+    qw_env *env = ((job *)user)->env;
+    const char *why;
+    qw_pen pen = {.env = env};
+    qw_picture p = {4096, 4096, 4, 8, QW_NEW_ZERO(env, uint8_t, 4096 * 4096 * 4)};
+    if (!can_read(env)) return;
+    qw_put_png(env, &p, &pen);
+    qw_bytes bomb = bytes_of(&pen);
+    assert_non_null(qw_read_picture(env, bomb, &why).pixels);
+    static const char one[8] = {0, 0, 0, 1, 0, 0, 0, 1};
+    memcpy(pen.at + 16, one, sizeof one);
+    assert_null(qw_read_picture(env, bomb, &why).pixels);
+}
+static void bombs_are_refused(void **state)
+{
+    (void)state;
+    protect(read_bomb);
+}
+
+/* TGA and BMP of two pixels, and what is known not to be read. */
+static void read_others(void *user)
+{
+    qw_env *env = ((job *)user)->env;
+    static const char tga[64] = {0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 0, 1, 0, 24, 0, 1, 2, 3, 4, 5, 6};
+    static const char bmp[80] = {'B', 'M', 62, 0, 0, 0, 0, 0, 0, 0, 54, 0, 0,        0, 40, 0, 0, 0,
+                                 2,   0,   0,  0, 1, 0, 0, 0, 1, 0, 24, 0, [54] = 1, 2, 3,  4, 5, 6};
+    const char *why;
+    if (!can_read(env)) return;
+    for (int i = 0; i < 2; i++) {
+        qw_picture p = qw_read_picture(env, i ? (qw_bytes){bmp, 62} : (qw_bytes){tga, 24}, &why);
+        assert_non_null(p.pixels);
+        assert_true(p.width == 2 && p.height == 1);
+        for (uint32_t x = 0; x < 2; x++)
+            for (uint32_t c = 0; c < 3; c++) assert_int_equal(pixel(&p, x, c), 3 * x + 3 - c);
+    }
+    assert_null(qw_read_picture(env, (qw_bytes){"\xabKTX 20\xbb\r\n\x1a\n........", 20}, &why).pixels);
+    assert_non_null(strstr(why, "KTX2"));
+}
+static void other_pictures(void **state)
+{
+    (void)state;
+    protect(read_others);
+}
+
 /* ---- materials of glTF files that name what is not there, and numbers that are none */
 
 static void read_materials(void *user)
@@ -226,7 +272,7 @@ static void read_materials(void *user)
     char bytes[16] = {0}, *copy = QW_NEW(env, char, sizeof text);
     memcpy(copy, text, sizeof text);
     const qw_gltf_rest rest = {.text = copy, .bytes = bytes, .byte_count = 8, .head = 1, .views = 2 + strlen(copy + 1)};
-    qw_material_list list = qw_gltf_materials(env, &rest);
+    qw_material_list list = qw_gltf_materials(env, &rest, NULL);
     assert_int_equal(list.count, 3);
     assert_int_equal(list.image_count, 3);
     assert_null(list.image[0].at);
@@ -252,6 +298,28 @@ static void read_materials(void *user)
     assert_int_equal(list.material[2].emission_map.image, qw_reads_webp() ? 1 : 0);
     assert_int_equal(list.material[2].normal_map.image, 2);
 }
+/* Pictures of materials that no face has are not looked for. */
+static void read_used(void *user)
+{
+    static const char text[] =
+        "\0\"materials\":[{\"emissiveTexture\":{\"index\":0}},{\"emissiveTexture\":{\"index\":1}}],"
+        "\"textures\":[{\"source\":0},{\"source\":1}],\"images\":[{\"uri\":\"data:image/"
+        "png;base64,AAAA\"},{\"uri\":\"data:image/png;base64,AAAA\"}],\0";
+    qw_env *env = ((job *)user)->env;
+    char *copy = QW_NEW(env, char, sizeof text);
+    memcpy(copy, text, sizeof text);
+    const qw_gltf_rest rest = {.text = copy, .material_count = 2, .head = 1, .views = 2 + strlen(copy + 1)};
+    qw_material_list list = qw_gltf_materials(env, &rest, (const uint8_t[]){0, 1});
+    assert_null(list.image[0].at);
+    assert_non_null(list.image[1].at);
+    assert_int_equal(list.note_count, 0);
+}
+static void unused_pictures(void **state)
+{
+    (void)state;
+    protect(read_used);
+}
+
 static void hostile_materials(void **state)
 {
     (void)state;
@@ -713,14 +781,25 @@ static void numbers_of_mtl(void **state)
 QW_TEST_SUITE(bake)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(hostile_materials),   cmocka_unit_test(numbers_of_mtl),
-        cmocka_unit_test(png_comes_back),      cmocka_unit_test(hostile_pictures_are_refused),
-        cmocka_unit_test(webp_is_read),        cmocka_unit_test(hostile_webp_is_refused),
-        cmocka_unit_test(normals_of_a_sphere), cmocka_unit_test(tips_face_up),
-        cmocka_unit_test(constant_color),      cmocka_unit_test(charts_at_any_scale),
-        cmocka_unit_test(maps_at_any_scale),   cmocka_unit_test(failures_leave_nothing),
-        cmocka_unit_test(progress_is_told),    cmocka_unit_test(same_bytes),
-        cmocka_unit_test(calls_out_of_place),  cmocka_unit_test(from_obj_to_files),
+        cmocka_unit_test(hostile_materials),
+        cmocka_unit_test(unused_pictures),
+        cmocka_unit_test(numbers_of_mtl),
+        cmocka_unit_test(png_comes_back),
+        cmocka_unit_test(hostile_pictures_are_refused),
+        cmocka_unit_test(bombs_are_refused),
+        cmocka_unit_test(other_pictures),
+        cmocka_unit_test(webp_is_read),
+        cmocka_unit_test(hostile_webp_is_refused),
+        cmocka_unit_test(normals_of_a_sphere),
+        cmocka_unit_test(tips_face_up),
+        cmocka_unit_test(constant_color),
+        cmocka_unit_test(charts_at_any_scale),
+        cmocka_unit_test(maps_at_any_scale),
+        cmocka_unit_test(failures_leave_nothing),
+        cmocka_unit_test(progress_is_told),
+        cmocka_unit_test(same_bytes),
+        cmocka_unit_test(calls_out_of_place),
+        cmocka_unit_test(from_obj_to_files),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

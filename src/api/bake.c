@@ -69,9 +69,23 @@ static qw_picture *read_pictures(qw_env *env, qw_material_list *list)
     return picture;
 }
 
+/* uint8_t[materials]: those that a face has; NULL: the file does not say. */
+static uint8_t *materials_used(qw_env *env, const qw_mesh *source)
+{
+    for (uint32_t i = 0; i < source->attribute_count; i++) {
+        const qw_attribute *a = &source->attribute[i];
+        if (a->kind != QW_LABELS || a->domain != QW_PER_FACE || strcmp(a->name, "material") != 0) continue;
+        uint8_t *used = QW_NEW_ZERO(env, uint8_t, source->gltf->material_count);
+        for (uint32_t f = 0; f < a->count; f++)
+            if (a->labels[f] >= 0 && (uint32_t)a->labels[f] < source->gltf->material_count) used[a->labels[f]] = 1;
+        return used;
+    }
+    return NULL;
+}
+
 static qw_material_list find_materials(qw_env *env, const qw_mesh *source)
 {
-    if (source && source->gltf) return qw_gltf_materials(env, source->gltf);
+    if (source && source->gltf) return qw_gltf_materials(env, source->gltf, materials_used(env, source));
     for (uint32_t i = 0; source && source->path && source->library && i < source->attribute_count; i++) {
         const qw_attribute *a = &source->attribute[i];
         if (a->kind == QW_LABELS && a->label_names && strcmp(a->name, "material") == 0)

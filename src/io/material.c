@@ -194,7 +194,16 @@ static uint32_t count_of(const reader *r, uint32_t array)
     return qw_json_has_kind(&r->json, array, QW_JSON_ARRAY) ? r->json.token[array].count : 0;
 }
 
-qw_material_list qw_gltf_materials(qw_env *env, const qw_gltf_rest *rest)
+/* Marks the images of a material. */
+static void mark_images(const qw_material *m, uint8_t *is_wanted)
+{
+    const qw_texture *map[] = {&m->color_map,     &m->metallic_map, &m->roughness_map,
+                               &m->occlusion_map, &m->emission_map, &m->normal_map};
+    for (size_t i = 0; i < sizeof map / sizeof *map; i++)
+        if (map[i]->image != QW_NONE) is_wanted[map[i]->image] = 1;
+}
+
+qw_material_list qw_gltf_materials(qw_env *env, const qw_gltf_rest *rest, const uint8_t *used)
 {
     qw_pen text = {.env = env};
     reader r = {.env = env, .rest = rest};
@@ -212,9 +221,14 @@ qw_material_list qw_gltf_materials(qw_env *env, const qw_gltf_rest *rest)
     uint32_t materials = qw_json_member(&r.json, 0, "materials");
     r.list.count = count_of(&r, materials), r.list.image_count = count_of(&r, r.images);
     r.list.image = QW_NEW_ZERO(env, qw_bytes, r.list.image_count);
-    r.list.image_name = QW_NEW(env, const char *, r.list.image_count);
-    for (uint32_t i = 0; i < r.list.image_count; i++) read_image(&r, i);
+    r.list.image_name = QW_NEW_ZERO(env, const char *, r.list.image_count);
     r.list.material = QW_NEW(env, qw_material, r.list.count);
-    for (uint32_t i = 0; i < r.list.count; i++) r.list.material[i] = read_material(&r, item(&r, materials, i));
+    uint8_t *is_wanted = QW_NEW_ZERO(env, uint8_t, r.list.image_count);
+    for (uint32_t i = 0; i < r.list.count; i++) {
+        r.list.material[i] = read_material(&r, item(&r, materials, i));
+        if (!used || (i < rest->material_count && used[i])) mark_images(&r.list.material[i], is_wanted);
+    }
+    for (uint32_t i = 0; i < r.list.image_count; i++)
+        if (is_wanted[i]) read_image(&r, i);
     return r.list;
 }

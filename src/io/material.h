@@ -51,8 +51,9 @@ extern const qw_factor_range qw_factor_share, qw_factor_upward, qw_factor_any;
    none, each with a note that names the material and the number. */
 float qw_checked_factor(qw_env *env, qw_material_list *list, const char *material, const char *name, double value,
                         qw_factor_range range, float kept);
-/* All in the caller's scope; bytes are those of rest or copies. */
-qw_material_list qw_gltf_materials(qw_env *env, const qw_gltf_rest *rest);
+/* All in the caller's scope; bytes are those of rest or copies. used: uint8_t[rest->material_count]: images of others
+   are not looked for; NULL: all are used. */
+qw_material_list qw_gltf_materials(qw_env *env, const qw_gltf_rest *rest, const uint8_t *used);
 /* By the names of the labels, from the MTL files of an OBJ: library: a line each, beside `path`. What is not found is
    plain, with a warning. */
 qw_material_list qw_mtl_materials(qw_env *env, const char *path, const char *library, const char *const *names,
