@@ -750,6 +750,115 @@ static void from_obj_to_files(void **state)
     qw_destroy(context), qw_mesh_destroy(source);
 }
 
+/* Extensions that are converted, kept, or spoken of. */
+static void read_extended(void *user)
+{
+    static const char text[] =
+        "\0\"materials\":[{\"name\":\"a\",\"extensions\":{\"KHR_materials_pbrSpecularGlossiness\":{\"diffuseFactor\":["
+        "0.5,"
+        "0.25,0.125,0.5],\"glossinessFactor\":0.25,\"specularFactor\":[0.04,0.04,0.04]}}},"
+        "{\"extensions\":{\"KHR_materials_pbrSpecularGlossiness\":{\"diffuseFactor\":[0,0,0,1],\"specularFactor\":[0.9,"
+        "0.6,"
+        "0.3]}}},{\"emissiveFactor\":[1,0.5,0],\"extensions\":{\"KHR_materials_emissive_strength\":{"
+        "\"emissiveStrength\":6},"
+        "\"KHR_materials_unlit\":{}}},{\"name\":\"glass\",\"extensions\":{\"KHR_materials_transmission\":{}}}],"
+        "\"animations\":[{}],\0";
+    qw_env *env = ((job *)user)->env;
+    char *copy = QW_NEW(env, char, sizeof text);
+    memcpy(copy, text, sizeof text);
+    const qw_gltf_rest rest = {.text = copy, .material_count = 4, .head = 1, .views = 2 + strlen(copy + 1)};
+    qw_material_list list = qw_gltf_materials(env, &rest, NULL);
+    const qw_material *m = list.material;
+    assert_float_equal(m[0].color[1], 0.25, 1e-6);
+    assert_float_equal(m[0].roughness, 0.75, 1e-6);
+    assert_float_equal(m[0].metallic, 0, 1e-6);
+    assert_float_equal(m[1].metallic, 1, 0.01);
+    assert_float_equal(m[1].color[0], 0.9, 0.01);
+    assert_float_equal(m[1].color[2], 0.3, 0.01);
+    assert_float_equal(m[2].emission[0], 6, 1e-6);
+    assert_float_equal(m[2].emission[1], 3, 1e-6);
+    assert_true(m[2].is_unlit && !m[1].is_unlit);
+    assert_int_equal(list.note_count, 2);
+    assert_non_null(strstr(list.note[0], "KHR_materials_transmission"));
+    assert_non_null(strstr(list.note[1], "animations"));
+}
+static void extensions_of_materials(void **state)
+{
+    (void)state;
+    protect(read_extended);
+}
+
+static void read_statements(void *user)
+{
+    static const char mtl[] =
+        "newmtl a\nKd 0 0 0\nmap_Kd -s 3 2 1 -o .25 .1 0 -clamp on bake there.png\nTr 0.25\n"
+        "newmtl b\nmap_Kd bake there.png\nKd 0 0 0\nd 0.5\nTr 0.125\nmap_d -imfchan g bake there.png\n"
+        "newmtl c\nKd 0.5\nmap_Bump -bm 0.3 bake there.png\n";
+    static const char *const names[] = {"a", "b", "c"};
+    qw_env *env = ((job *)user)->env;
+    put_file(QW_BINARY_DIR "/bake there.png", "x", 1);
+    put_file(QW_BINARY_DIR "/bake_words.mtl", mtl, sizeof mtl - 1);
+    qw_material_list list = qw_mtl_materials(env, QW_BINARY_DIR "/x.obj", "bake_words.mtl\nbake_none.mtl", names, 3);
+    const qw_material *m = list.material;
+    assert_float_equal(m[0].color[0], 1, 0);
+    assert_float_equal(m[0].color[3], 0.75, 1e-6);
+    assert_int_equal(m[0].alpha, 2);
+    assert_float_equal(m[0].color_map.scale[0], 3, 0);
+    assert_float_equal(m[0].color_map.scale[1], 2, 0);
+    assert_float_equal(m[0].color_map.offset[0], 0.25, 1e-6);
+    assert_float_equal(m[0].color_map.offset[1], -1.1, 1e-6); /* v grows downward */
+    assert_int_equal(m[0].color_map.wrap[1], 1);
+    assert_float_equal(m[1].color[2], 1, 0);
+    assert_float_equal(m[1].color[3], 0.5, 0);
+    assert_int_equal(m[1].alpha_map.image, 0);
+    assert_int_equal(m[1].alpha_map.channel, 1);
+    assert_float_equal(m[2].color[2], 0.5, 0);
+    assert_int_equal(m[2].normal_map.image, QW_NONE);
+    assert_int_equal(list.image_count, 1);
+    assert_int_equal(list.note_count, 2);
+    assert_non_null(strstr(list.note[0], "map_Bump"));
+    assert_non_null(strstr(list.note[1], "bake_none.mtl"));
+}
+static void statements_of_mtl(void **state)
+{
+    (void)state;
+    protect(read_statements);
+}
+
+/* What is drawn of an opaque sheet, of two that are cut off at their own thresholds, and of a blended one: all have
+   alpha of a half. */
+static void look_at_alphas(void *user)
+{
+    qw_env *env = ((job *)user)->env;
+    qw_vec3 position[] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, normal = {0, 0, 1};
+    uint32_t corner[] = {0, 1, 2}, twin[] = {QW_NONE, QW_NONE, QW_NONE}, face = 0;
+    int32_t label = 0;
+    qw_material m[4];
+    for (int i = 0; i < 4; i++) m[i] = qw_plain_material(), m[i].color[3] = 0.5f, m[i].alpha = i == 3 ? 2 : i > 0;
+    m[1].cutoff = 0.25f, m[2].cutoff = 0.75f;
+    qw_source source = {
+        .mesh = {.vertex_count = 3, .face_count = 1, .position = position, .corner = corner, .twin = twin},
+        .normal = &normal,
+        .face = &face};
+    for (uint32_t count = 2; count <= 4; count++) {
+        qw_material_list list = {.material = m, .count = count};
+        qw_look look = qw_begin_look(env, &source, NULL, 0, false, &list, NULL);
+        look.material = &label;
+        assert_int_equal(look.alpha, count == 4 ? 2 : 1);
+        for (label = 0; (uint32_t)label < count; label++) {
+            float a = qw_look_at(&look, 0, (const float[]){0.4f, 0.3f, 0.3f}).color[3];
+            float drawn = look.alpha == 2 ? a : a >= look.cutoff;
+            assert_float_equal(drawn, label == 2 ? 0 : label == 3 ? 0.5 : 1, 0);
+        }
+        if (count == 2) assert_float_equal(look.cutoff, 0.25, 0);
+    }
+}
+static void alphas_as_drawn(void **state)
+{
+    (void)state;
+    protect(look_at_alphas);
+}
+
 /* Numbers of an MTL beyond what they may be: the nearest that may, or what there is without them, and a note each. */
 static void numbers_of_mtl(void **state)
 {
@@ -781,25 +890,17 @@ static void numbers_of_mtl(void **state)
 QW_TEST_SUITE(bake)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(hostile_materials),
-        cmocka_unit_test(unused_pictures),
-        cmocka_unit_test(numbers_of_mtl),
-        cmocka_unit_test(png_comes_back),
-        cmocka_unit_test(hostile_pictures_are_refused),
-        cmocka_unit_test(bombs_are_refused),
-        cmocka_unit_test(other_pictures),
-        cmocka_unit_test(webp_is_read),
-        cmocka_unit_test(hostile_webp_is_refused),
-        cmocka_unit_test(normals_of_a_sphere),
-        cmocka_unit_test(tips_face_up),
-        cmocka_unit_test(constant_color),
-        cmocka_unit_test(charts_at_any_scale),
-        cmocka_unit_test(maps_at_any_scale),
-        cmocka_unit_test(failures_leave_nothing),
-        cmocka_unit_test(progress_is_told),
-        cmocka_unit_test(same_bytes),
-        cmocka_unit_test(calls_out_of_place),
-        cmocka_unit_test(from_obj_to_files),
+        cmocka_unit_test(hostile_materials),   cmocka_unit_test(unused_pictures),
+        cmocka_unit_test(numbers_of_mtl),      cmocka_unit_test(extensions_of_materials),
+        cmocka_unit_test(statements_of_mtl),   cmocka_unit_test(alphas_as_drawn),
+        cmocka_unit_test(png_comes_back),      cmocka_unit_test(hostile_pictures_are_refused),
+        cmocka_unit_test(bombs_are_refused),   cmocka_unit_test(other_pictures),
+        cmocka_unit_test(webp_is_read),        cmocka_unit_test(hostile_webp_is_refused),
+        cmocka_unit_test(normals_of_a_sphere), cmocka_unit_test(tips_face_up),
+        cmocka_unit_test(constant_color),      cmocka_unit_test(charts_at_any_scale),
+        cmocka_unit_test(maps_at_any_scale),   cmocka_unit_test(failures_leave_nothing),
+        cmocka_unit_test(progress_is_told),    cmocka_unit_test(same_bytes),
+        cmocka_unit_test(calls_out_of_place),  cmocka_unit_test(from_obj_to_files),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
