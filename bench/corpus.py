@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """A corpus in the manner of ShapeNet, made by rules: cars, chairs, lamps, planes, signs of letters, 500 models in all, of boxes, sheets and tubes that cross one
-another, with what such files have: doubles, parts turned inside out, T-joints, gaps, inner parts and crumbs.
+another, with what such files have: doubles, parts turned inside out, T-joints, gaps, inner parts and fragments.
 
     bench/corpus.py NUMBER OUT.obj      the model of this number, 0 to 499; the same bytes on every machine
 """
@@ -163,7 +163,7 @@ def sign(m):
 
 
 def dirt(m):
-    """Faces twice, some of them turned, and crumbs in the air and inside."""
+    """Faces twice, some of them turned, and fragments in the air and inside."""
     for f in list(m.faces):
         if m.chance(0.05):
             m.faces.append(tuple(reversed(f)) if m.chance(0.5) else f)

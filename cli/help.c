@@ -217,7 +217,7 @@ static const topic topics[] = {
      "symmetry symmetry_follow symmetry_x symmetry_y symmetry_z symmetry_offset", NULL, QW_COMMAND_HELP},
     {"steering", "guides, fields and regions",
      "guides field_in field_out field_per region region_rim fix_boundary density", NULL, QW_COMMAND_HELP},
-    {"wrap", "a skin around soups, gaps, holes and crumbs first", "wrap wrap_distance wrap_quads fill_holes", NULL,
+    {"wrap", "a skin around soups, gaps, holes and fragments first", "wrap wrap_distance wrap_quads fill_holes", NULL,
      QW_COMMAND_HELP},
     {"asset", "texture coordinates of the result's own, and maps on them",
      "unwrap bake texture margin tiles texel_density stretch samples cage", put_asset, QW_COMMAND_HELP},

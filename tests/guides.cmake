@@ -12,7 +12,7 @@ foreach(row "dancer;8000;character" "bracket;3500;part" "hand;9000;hand" "sheet;
     message(FATAL_ERROR "quadwright-shapes ${shape}")
   endif()
 endforeach()
-# A scan: noise of a hundredth of the size of a hand, and a crumb. A guide that is on the figure: one of its own edges.
+# A scan: noise of a hundredth of the size of a hand, and a fragment. A guide that is on the figure: one of its own edges.
 execute_process(COMMAND ${AWK} "/^v / { n++; for (i = 2; i <= 4; i++) { r = sin(n * 12.9898 + i * 78.233) * 43758.5453; $i += 0.006 * (r - int(r)) }
     if (n == 1) { x = $2 + 0.1; y = $3; z = $4 } } { print }
   END { print \"v\", x, y, z; print \"v\", x + 0.01, y, z; print \"v\", x, y + 0.01, z; print \"v\", x, y, z + 0.01

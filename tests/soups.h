@@ -1,4 +1,4 @@
-/* Soups of boxes, sheets, tubes and crumbs that cross one another, as the wrap is made for. */
+/* Soups of boxes, sheets, tubes and fragments that cross one another, as the wrap is made for. */
 #ifndef QW_TESTS_SOUPS_H
 #define QW_TESTS_SOUPS_H
 

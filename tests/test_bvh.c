@@ -177,7 +177,7 @@ static void normal_body(void *user)
 }
 
 /* Rays that are looked for together, near one another and not, meet what each meets by itself. */
-static void rays_together(const qw_bvh *bvh, const qw_bvh_pocket *pocket, qw_vec3 centre, double radius)
+static void rays_together(const qw_bvh *bvh, const qw_bvh_cache *cache, qw_vec3 centre, double radius)
 {
     qw_vec3 o[QW_MOST_RAYS], d[QW_MOST_RAYS];
     float most[QW_MOST_RAYS];
@@ -190,7 +190,7 @@ static void rays_together(const qw_bvh *bvh, const qw_bvh_pocket *pocket, qw_vec
             o[i] = qw_add(middle, random_point(spread * radius));
             d[i] = qw_normalize(qw_add(toward, random_point(spread))), most[i] = between(0, 1) * (float)radius;
         }
-        qw_bvh_rays_near(bvh, pocket, o, d, most, count, quick);
+        qw_bvh_rays_near(bvh, cache, o, d, most, count, quick);
         for (uint32_t i = 0; i < count; i++) {
             qw_hit plain = qw_bvh_ray(bvh, o[i], d[i], most[i], QW_NONE);
             assert_memory_equal(&plain, &quick[i], sizeof plain);
@@ -198,8 +198,8 @@ static void rays_together(const qw_bvh *bvh, const qw_bvh_pocket *pocket, qw_vec
     }
 }
 
-/* A pocket never changes an answer, and of all faces that meet its ball none is missing. */
-static void pocket_body(void *user)
+/* A cache never changes an answer, and of all faces that meet its ball none is missing. */
+static void cache_body(void *user)
 {
     qw_env *env = user;
     uint32_t overflows = 0, met = 0, label[MOST];
@@ -210,15 +210,15 @@ static void pocket_body(void *user)
         qw_scope_begin(env);
         qw_bvh *bvh = qw_bvh_build(env, &m);
         for (int i = 0; i < 100; i++) {
-            qw_bvh_pocket pocket;
+            qw_bvh_cache cache;
             qw_vec3 centre = random_point(0.5);
             float radius = between(0, i % 2 ? 0.1 : 0.5);
             uint32_t meet = 0;
-            qw_bvh_fill_pocket(bvh, centre, radius, &pocket);
-            overflows += pocket.radius == 0;
+            qw_bvh_fill_cache(bvh, centre, radius, &cache);
+            overflows += cache.radius == 0;
             for (uint32_t f = 0; f < m.face_count; f++)
                 meet += triangle_distance2(&m, f, centre) < 0.999 * (double)radius * (double)radius;
-            assert_true(pocket.count >= meet || pocket.radius == 0);
+            assert_true(cache.count >= meet || cache.radius == 0);
             for (int k = 0; k < 20; k++) {
                 qw_bvh_query q = {.point = qw_add(centre, random_point(1.5 * (double)radius)),
                                   .normal = random_point(1),
@@ -227,8 +227,8 @@ static void pocket_body(void *user)
                                   .hint = k % 3 ? QW_NONE : (uint32_t)k,
                                   .label = k % 5 ? NULL : label,
                                   .wanted = 1};
-                qw_hit plain = qw_bvh_find(bvh, &q, NULL), quick = qw_bvh_find(bvh, &q, &pocket);
-                quick.looked = plain.looked; /* that is what a pocket saves */
+                qw_hit plain = qw_bvh_find(bvh, &q, NULL), quick = qw_bvh_find(bvh, &q, &cache);
+                quick.looked = plain.looked; /* that is what a cache saves */
                 assert_memory_equal(&plain, &quick, sizeof plain);
                 assert_true(!q.label || plain.face == QW_NONE || label[plain.face] == 1);
             }
@@ -236,11 +236,11 @@ static void pocket_body(void *user)
                 qw_vec3 o = qw_add(centre, random_point(0.8 * (double)radius)), d = qw_normalize(random_point(1));
                 float most = between(0, 1) * radius;
                 qw_hit plain = qw_bvh_ray(bvh, o, d, most, QW_NONE);
-                qw_hit quick = qw_bvh_ray_near(bvh, &pocket, o, d, most, QW_NONE);
+                qw_hit quick = qw_bvh_ray_near(bvh, &cache, o, d, most, QW_NONE);
                 assert_memory_equal(&plain, &quick, sizeof plain);
-                met += plain.face != QW_NONE && pocket.radius > 0;
+                met += plain.face != QW_NONE && cache.radius > 0;
             }
-            rays_together(bvh, &pocket, centre, (double)radius);
+            rays_together(bvh, &cache, centre, (double)radius);
         }
         qw_scope_end(env);
     }
@@ -434,7 +434,7 @@ static void run(void (*body)(void *))
 static void test_nearest(void **s) { (void)s, run(nearest_body); }
 static void test_parts(void **s) { (void)s, run(part_body); }
 static void test_normals(void **s) { (void)s, run(normal_body); }
-static void test_pockets(void **s) { (void)s, run(pocket_body); }
+static void test_caches(void **s) { (void)s, run(cache_body); }
 static void test_wall(void **s) { (void)s, run(wall_body); }
 static void test_rays(void **s) { (void)s, run(ray_body); }
 static void test_watertight(void **s) { (void)s, run(watertight_body); }
@@ -448,7 +448,7 @@ QW_TEST_SUITE(bvh)
         cmocka_unit_test(test_nearest), cmocka_unit_test(test_parts),   cmocka_unit_test(test_normals),
         cmocka_unit_test(test_wall),    cmocka_unit_test(test_rays),    cmocka_unit_test(test_watertight),
         cmocka_unit_test(test_curves),  cmocka_unit_test(test_threads), cmocka_unit_test(test_empty),
-        cmocka_unit_test(test_pockets),
+        cmocka_unit_test(test_caches),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

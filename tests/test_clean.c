@@ -217,8 +217,9 @@ static void rounded_seams_are_joined(void **state)
     qw_env_destroy(r.env);
 }
 
-/* A stray face far away makes everything else smaller than the tolerance of the near weld: nothing may happen to it. */
-static void stray_faces_do_no_harm(void **state)
+/* A single face far away makes everything else smaller than the tolerance of the near weld: nothing may happen to it.
+ */
+static void far_faces_do_no_harm(void **state)
 {
     (void)state;
     start();
@@ -899,7 +900,7 @@ static void survives_missing_memory(void **state)
 }
 
 /* Many faces on one edge take no quadratic time and still make a surface. */
-static void crowded_edge(void **state)
+static void edge_of_many_faces(void **state)
 {
     (void)state;
     start();
@@ -931,7 +932,7 @@ static void drops_flat_components(void **state)
 }
 
 /* What single precision cannot resolve gets a frame of its own, and comes back from it to its place. */
-static void gives_specks_a_frame(void **state)
+static void gives_tiny_components_a_frame(void **state)
 {
     (void)state;
     static const double size[] = {1e-2, 1e-5, 1e-7, 1e-9, 1e-11};
@@ -998,7 +999,7 @@ QW_TEST_SUITE(clean)
         cmocka_unit_test(junctions_are_sewn),
         cmocka_unit_test(overlapping_edges_are_sewn),
         cmocka_unit_test(other_junctions_stay),
-        cmocka_unit_test(stray_faces_do_no_harm),
+        cmocka_unit_test(far_faces_do_no_harm),
         cmocka_unit_test(double_layers_stay_apart),
         cmocka_unit_test(open_fan_and_bow_tie),
         cmocka_unit_test(three_faces_on_an_edge),
@@ -1023,9 +1024,9 @@ QW_TEST_SUITE(clean)
         cmocka_unit_test(random_soups),
         cmocka_unit_test(shuffled_spheres),
         cmocka_unit_test(survives_missing_memory),
-        cmocka_unit_test(crowded_edge),
+        cmocka_unit_test(edge_of_many_faces),
         cmocka_unit_test(drops_flat_components),
-        cmocka_unit_test(gives_specks_a_frame),
+        cmocka_unit_test(gives_tiny_components_a_frame),
         cmocka_unit_test(widens_wisps),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

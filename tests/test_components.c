@@ -79,7 +79,7 @@ static void components_share_out_the_whole(void **state)
 
 static double score_of(const qw_search_result *r) { return r->rounding_cost + r->inverted + r->collapsed; }
 
-/* The whole's integers are closed, come to the count and stay near the size wished for, with costs and faults about as
+/* The whole's integers are closed, come to the count and stay near the size asked for, with costs and faults about as
  * where one size is taken for all. */
 static void components_do_as_well_as_the_whole(void **state)
 {
@@ -101,9 +101,9 @@ static void components_do_as_well_as_the_whole(void **state)
     for (double quads = 60; quads < 5000; quads *= 1.17) {
         qw_scope_begin(env);
         c.d = QW_NEW(env, qw_int2, c.edge_count);
-        qw_search_wish wish = {.quads = quads, .times = 1, .size = sqrt(quads / area), .effort = 1, .cut = cut};
-        qw_search_result whole = qw_search_integers(env, &one, &wish, c.d),
-                         found = qw_search_integers(env, &s.components, &wish, c.d);
+        qw_search_request request = {.quads = quads, .times = 1, .size = sqrt(quads / area), .effort = 1, .cut = cut};
+        qw_search_result whole = qw_search_integers(env, &one, &request, c.d),
+                         found = qw_search_integers(env, &s.components, &request, c.d);
         double sum = 0;
         for (uint32_t f = 0; f < c.face_count; f++) {
             assert_true(qw_int2_is_zero(qw_complex_residual(&c, f)));
@@ -113,7 +113,7 @@ static void components_do_as_well_as_the_whole(void **state)
         }
         if (fabs(sum / quads - 1) > (quads < 500 ? 0.05 : 0.02))
             fail_msg("%.0f quads asked for, %.0f found", quads, sum);
-        for (uint32_t p = 0; p < COMBS; p++) assert_true(fabs(found.scale[p] / wish.size - 1) < 0.031);
+        for (uint32_t p = 0; p < COMBS; p++) assert_true(fabs(found.scale[p] / request.size - 1) < 0.031);
         score += score_of(&found), score_as_one += score_of(&whole);
         qw_scope_end(env);
     }

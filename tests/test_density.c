@@ -62,8 +62,8 @@ static void sizes_are_graded_and_keep_the_count(void **state)
             for (uint32_t v = 0; v < m->vertex_count; v++)
                 painted[v] = m->position[v].x > 0.2f ? 6 : 1.5f + unit_real(&r);
             qw_surface_cells cells = qw_cells_of_surface(env, m, edge);
-            qw_density_wish wish = {edge, k / 3.0, k % 2 ? NULL : painted, true, &cells, NULL};
-            float *factor = qw_size_factors(env, m, &wish);
+            qw_density_request request = {edge, k / 3.0, k % 2 ? NULL : painted, true, &cells, NULL};
+            float *factor = qw_size_factors(env, m, &request);
             /* a quarter of the length; beyond the strength that is best for distances more, but not on paint */
             steepest = fmax(steepest, assert_graded(m, factor, edge, k == 3 ? 0.45 : 0.25));
             assert_true(fabs(quads_with(m, factor, edge) / 1000 - 1) < 0.02);
@@ -82,8 +82,8 @@ static void paint_is_a_ratio(void **state)
     for (int unit = 0; unit < 2; unit++) {
         for (uint32_t v = 0; v < m.vertex_count; v++)
             painted[v] = (m.position[v].z > 0.8f ? 8.0f : 1.0f) * (unit ? 20 : 1);
-        qw_density_wish wish = {0.05, 0, painted, true, NULL, NULL};
-        float *factor = qw_size_factors(env, &m, &wish), least = INFINITY, most = 0;
+        qw_density_request request = {0.05, 0, painted, true, NULL, NULL};
+        float *factor = qw_size_factors(env, &m, &request), least = INFINITY, most = 0;
         for (uint32_t v = 0; v < m.vertex_count; v++) least = fminf(least, factor[v]), most = fmaxf(most, factor[v]);
         assert_true(fabsf(most / least - 8) < 1e-3f);
         for (uint32_t v = 0; v < m.vertex_count; v++)

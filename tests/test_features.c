@@ -21,7 +21,7 @@ typedef struct shape {
     uint32_t columns, rows;
     bool around;
     void (*point)(double u, double v, double *p); /* u, v: column and row, divided by their numbers */
-    double noise, angle, speck;
+    double noise, angle, quad_edge;
     /* results */
     qw_clean clean;
     int64_t count;
@@ -61,7 +61,7 @@ static void find_body(void *user)
     shape *s = user;
     s->clean = clean_grid(s);
     qw_trimesh *m = &s->clean.mesh;
-    s->count = qw_find_features(s->env, m, s->angle, (float)s->speck, &s->used);
+    s->count = qw_find_features(s->env, m, s->angle, (float)s->quad_edge, &s->used);
     qw_trimesh_validate(s->env, m);
     int64_t count = 0;
     s->length = 0;
@@ -79,7 +79,7 @@ static void find(shape *s)
 {
     s->env = qw_env_create(NULL, 1);
     if (s->angle == 0) s->angle = -1;
-    if (s->speck == 0) s->speck = 0.03;
+    if (s->quad_edge == 0) s->quad_edge = 0.03;
     qw_status status = qw_protect(s->env, find_body, s);
     if (status != QW_OK) print_message("%s\n", qw_env_message(s->env));
     assert_int_equal(status, QW_OK);
@@ -258,10 +258,10 @@ static void boundaries_hold_ends(void **state)
     qw_env_destroy(s.env);
 }
 
-static void drops_specks(void **state)
+static void drops_tiny_features(void **state)
 {
     (void)state;
-    shape s = {.columns = 50, .rows = 50, .point = spike, .speck = 1};
+    shape s = {.columns = 50, .rows = 50, .point = spike, .quad_edge = 1};
     find(&s);
     assert_int_equal(s.count, 0);
     qw_env_destroy(s.env);
@@ -291,7 +291,7 @@ typedef struct solid {
     const uint32_t *corner;
 } solid;
 
-static int64_t sharp_edges_of(const solid *s, float speck)
+static int64_t sharp_edges_of(const solid *s, float quad_edge)
 {
     qw_env *env = qw_env_create(NULL, 1);
     uint32_t *begin = QW_NEW(env, uint32_t, s->face_count + 1);
@@ -301,7 +301,7 @@ static int64_t sharp_edges_of(const solid *s, float speck)
                                                         false, 0, NULL, NULL, NULL, NULL},
                                       0, true);
     double used;
-    int64_t count = qw_find_features(env, &clean.mesh, -1, speck * (float)clean.frame.scale, &used);
+    int64_t count = qw_find_features(env, &clean.mesh, -1, quad_edge * (float)clean.frame.scale, &used);
     qw_env_destroy(env);
     return count;
 }
@@ -414,7 +414,7 @@ QW_TEST_SUITE(features)
         cmocka_unit_test(follows_fading_edges),
         cmocka_unit_test(closes_gaps),
         cmocka_unit_test(boundaries_hold_ends),
-        cmocka_unit_test(drops_specks),
+        cmocka_unit_test(drops_tiny_features),
         cmocka_unit_test(takes_a_given_angle),
         cmocka_unit_test(dull_creases_meet),
         cmocka_unit_test(keeps_edges_of_facets),

@@ -256,7 +256,7 @@ static void moves_corners_far_if_need_be(void **state)
 }
 
 /* A triangle beside the sheet that faces the other way, as scans have them. */
-static void add_stray(qw_env *env, unit_bed *b, qw_vec3 middle)
+static void add_lone_triangle(qw_env *env, unit_bed *b, qw_vec3 middle)
 {
     qw_trimesh *m = &b->surface, old = *m;
     m->vertex_count += 3, m->face_count++;
@@ -277,12 +277,12 @@ static void add_stray(qw_env *env, unit_bed *b, qw_vec3 middle)
 }
 
 /* A quad that faces against all beside it is flipped, though a single triangle below the sheet faces as it does. */
-static void is_not_fooled_by_strays(void **state)
+static void is_not_fooled_by_lone_triangles(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
     unit_bed b = unit_make_bed(env);
-    add_stray(env, &b, qw_v3(4.5f, 4.5f, -0.05f));
+    add_lone_triangle(env, &b, qw_v3(4.5f, 4.5f, -0.05f));
     b.position[unit_bed_at(4, 4)].x = b.position[unit_bed_at(4, 5)].x = 4.6f,
                               b.position[unit_bed_at(5, 4)].x = b.position[unit_bed_at(5, 5)].x = 4.4f;
     assert_true(unit_least_corner(&b) < 0);
@@ -423,7 +423,7 @@ QW_TEST_SUITE(flip_repair)
         cmocka_unit_test(keeps_the_shape),
         cmocka_unit_test(flips_blocks_of_the_sheet_back),
         cmocka_unit_test(moves_corners_far_if_need_be),
-        cmocka_unit_test(is_not_fooled_by_strays),
+        cmocka_unit_test(is_not_fooled_by_lone_triangles),
         cmocka_unit_test(last_resort_leaves_what_is_not_flipped),
         cmocka_unit_test(last_resort_flips_blocks_back),
         cmocka_unit_test(changes_what_no_position_would_repair),

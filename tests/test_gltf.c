@@ -504,19 +504,19 @@ static void files_beside_are_read_and_no_others(void **state)
     qw_mesh *mesh = load_file(FOLDER "/beside.gltf");
     assert_true(qw_mesh_get(mesh).vertex_count == 4 && qw_mesh_get(mesh).positions[6] == 2);
     qw_mesh_destroy(mesh);
-    static const char *const astray[] = {"../gltf/the%20bytes.bin",
-                                         "/etc/hostname",
-                                         "%2e%2e/gltf/the%20bytes.bin",
-                                         "file:///etc/hostname",
-                                         "x/../../the%20bytes.bin",
-                                         "nothing.bin",
-                                         "."};
+    static const char *const outside[] = {"../gltf/the%20bytes.bin",
+                                          "/etc/hostname",
+                                          "%2e%2e/gltf/the%20bytes.bin",
+                                          "file:///etc/hostname",
+                                          "x/../../the%20bytes.bin",
+                                          "nothing.bin",
+                                          "."};
     static const char *const says[] = {"leads out", "leads out",   "leads out", "leads out",
                                        "leads out", "nothing.bin", "directory"};
     for (int i = 0; i < 7; i++) {
-        edit(text, sound, "data:application/octet-stream;base64," SQUARE, astray[i]);
-        write_file(FOLDER "/astray.gltf", text);
-        assert_int_equal(qw_load(FOLDER "/astray.gltf", NULL, &mesh), QW_FILE_MISSING);
+        edit(text, sound, "data:application/octet-stream;base64," SQUARE, outside[i]);
+        write_file(FOLDER "/outside.gltf", text);
+        assert_int_equal(qw_load(FOLDER "/outside.gltf", NULL, &mesh), QW_FILE_MISSING);
         if (!strstr(qw_mesh_message(mesh), says[i])) fail_msg("%s", qw_mesh_message(mesh));
         qw_mesh_destroy(mesh);
     }

@@ -379,7 +379,7 @@ static void test_effort(void **state)
 {
     (void)state;
     enum { MANY = 200000 };
-    qw_pilots few = {40 * 64, 64}, some = {500 * 64, 64}, all = {5000000, 1}, none = {0};
+    qw_probes few = {40 * 64, 64}, some = {500 * 64, 64}, all = {5000000, 1}, none = {0};
     assert_int_equal(qw_affordable(&few, MANY), MANY);
     assert_int_equal(qw_affordable_step(&few, 5000000), 1);
     assert_int_equal(qw_affordable(&some, MANY), MANY / 5);
@@ -389,10 +389,10 @@ static void test_effort(void **state)
     assert_int_equal(qw_affordable(&all, 7), 7);
     assert_int_equal(qw_affordable_step(&none, 0), 1);
     uint32_t i, count = 0, seen = 0;
-    for (; qw_next_pilot(&none, 10, &i); count++) seen |= 1u << i;
-    assert_int_equal(count, QW_PILOTS);
+    for (; qw_next_probe(&none, 10, &i); count++) seen |= 1u << i;
+    assert_int_equal(count, QW_PROBES);
     assert_int_equal(seen, (1 << 10) - 1);
-    assert_false(qw_next_pilot(&(qw_pilots){0}, 0, &i) || qw_next_pilot(&all, 10, &i));
+    assert_false(qw_next_probe(&(qw_probes){0}, 0, &i) || qw_next_probe(&all, 10, &i));
 }
 
 /* Each point is in the boxes of nearly all triangles: the few samples that can be afforded measure what all would. */

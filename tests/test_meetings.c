@@ -3,7 +3,7 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
-#include "remesh/meetings/attempts.h"
+#include "remesh/meetings/tries.h"
 #include "remesh/quantise/circuits.h"
 #include "remesh/quantise/closed.h"
 #include "remesh/meetings/meetings.h"
@@ -35,9 +35,9 @@ static whole whole_of(qw_env *env, qw_trimesh mesh, double quads)
     const qw_complex *c = &s.components.component[0].decimated.complex;
     double area = 0, cut = 0;
     for (uint32_t h = 0; h < 3 * c->face_count; h += 3) area += qw_cross2(qw_along(c, h), qw_along(c, h + 1)) / 2;
-    qw_search_wish wish = {.quads = quads, .times = 1, .size = sqrt(quads / area), .effort = 1, .cut = &cut};
+    qw_search_request request = {.quads = quads, .times = 1, .size = sqrt(quads / area), .effort = 1, .cut = &cut};
     s.d = QW_NEW(env, qw_int2, c->edge_count);
-    qw_search_result found = qw_search_integers(env, &s.components, &wish, s.d);
+    qw_search_result found = qw_search_integers(env, &s.components, &request, s.d);
     assert_int_equal(found.inverted, 0);
     s.scale = found.scale[0];
     return s;
@@ -273,13 +273,13 @@ static void nearest_are_visited(void **state)
     assert_int_equal(inner, all.count); /* none was missed as it is beyond the lengths tried */
     qw_int2 *had = QW_NEW(env, qw_int2, c->edge_count);
     memcpy(had, c->d, c->edge_count * sizeof *had);
-    qw_nearest_wish wish = {10000, v.farthest, visit, &v};
-    assert_int_equal(qw_visit_nearest(env, c, &wish), all.count);
+    qw_nearest_request request = {10000, v.farthest, visit, &v};
+    assert_int_equal(qw_visit_nearest(env, c, &request), all.count);
     assert_int_equal(v.count, all.count);
     assert_true(v.area == all.area && v.dearest == all.dearest);
     assert_memory_equal(c->d, had, c->edge_count * sizeof *had);
-    wish.most = 10, v.count = 0; /* the first of them */
-    assert_int_equal(qw_visit_nearest(env, c, &wish), 10);
+    request.most = 10, v.count = 0; /* the first of them */
+    assert_int_equal(qw_visit_nearest(env, c, &request), 10);
     assert_int_equal(v.count, 10);
     qw_env_destroy(env);
 }
@@ -290,8 +290,8 @@ static qw_meeting_counts meet(qw_env *env, const whole *s, const double area[2],
     const qw_component *component = &s->components.component[0];
     const qw_complex *c = &component->decimated.complex;
     *d = memcpy(QW_NEW(env, qw_int2, c->edge_count), s->d, c->edge_count * sizeof **d);
-    qw_meeting_wish wish = {scaled(env, c, s->scale), 1, area[0], area[1], promised[0], promised[1], 1};
-    return qw_make_meetings(env, component, &wish, *d);
+    qw_meeting_request request = {scaled(env, c, s->scale), 1, area[0], area[1], promised[0], promised[1], 1};
+    return qw_make_meetings(env, component, &request, *d);
 }
 
 static void lines_get_shorter(void **state)
@@ -412,19 +412,19 @@ static outcomes attempt_all(qw_env *env, const whole *s, size_t lane_bytes)
                               .longest = 900,
                               .best_score = INFINITY};
     qw_measured_layout_fill(&terms, &now, s->d);
-    qw_attempts *a = qw_attempts_begin(env, &terms, real, room, lane_bytes);
+    qw_tries *a = qw_tries_begin(env, &terms, real, room, lane_bytes);
     outcomes o = {0};
     for (qw_candidates found = {0}; o.count < 6; o.count++) {
         qw_outlook outlook = {&now.layout, now.length, 20, false};
-        qw_attempts_find(env, a, &outlook, &found);
+        qw_tries_find(env, a, &outlook, &found);
         qw_candidate **list = QW_NEW(env, qw_candidate *, found.count);
         for (size_t i = 0; i < found.count; i++) list[i] = &found.found[i];
         assert_true(found.count > 0);
-        o.kept[o.count] = qw_attempts_make(env, a, list, (uint32_t)found.count, &now);
+        o.kept[o.count] = qw_tries_make(env, a, list, (uint32_t)found.count, &now);
         if (o.kept[o.count] == found.count) break;
         qw_measure_lines(&terms, &now, INFINITY);
     }
-    qw_attempts_end(a);
+    qw_tries_end(a);
     o.lines = now.lines, o.energy = now.energy;
     o.d = QW_NEW(env, qw_int2, now.layout.complex.edge_count);
     qw_layout_undo(&now.layout, o.d);

@@ -91,12 +91,12 @@ static void keeps_the_side(void **state)
     }
 }
 
-/* Twenty times twenty crumbs and single triangles at few quads: as many components come out as went in, and the stages
-   see next to none of them. */
+/* Twenty times twenty fragments and single triangles at few quads: as many components come out as went in, and the
+   stages see next to none of them. */
 static void takes_the_burden_from_the_stages(void **state)
 {
     (void)state;
-    shape (*const make[])(int k) = {torture_specks, torture_confetti};
+    shape (*const make[])(int k) = {torture_fragments, torture_confetti};
     for (int i = 0; i < 2; i++) {
         shape s = make[i](20);
         qw_mesh_view view = shape_view(&s);

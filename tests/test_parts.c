@@ -180,14 +180,14 @@ static void stones_of_a_yard_are_whole(void **state)
 static void crowds_leave_the_others(void **state)
 {
     (void)state;
-    enum { SPECKS = 300 };
+    enum { FRAGMENTS = 300 };
     shape all = {0};
     add_part(&all, shape_sphere(6), 5, -20, 0, 0), add_part(&all, shape_sphere(6), 2, -40, 0, 0);
     add_part(&all, shape_torus(4), 1, -60, 0, 0);
-    for (int i = 0; i < SPECKS; i++) add_part(&all, shape_cube(1), 0.1, i % 20, i / 20, 0);
+    for (int i = 0; i < FRAGMENTS; i++) add_part(&all, shape_cube(1), 0.1, i % 20, i / 20, 0);
     qw_options o;
     qw_options_init(&o);
-    o.faces = 6 * SPECKS + 1500;
+    o.faces = 6 * FRAGMENTS + 1500;
     qw_result *result = remesh(&all, &o);
     qw_mesh_view quads = qw_result_mesh(result);
     const qw_report *r = qw_result_report(result);
@@ -196,9 +196,9 @@ static void crowds_leave_the_others(void **state)
         double x = quads.positions[3 * (size_t)quads.corners[4 * (size_t)f]];
         faces[x > -5 ? 0 : x > -30 ? 1 : x > -50 ? 2 : 3]++;
     }
-    assert_int_equal(faces[0], 6 * SPECKS);
+    assert_int_equal(faces[0], 6 * FRAGMENTS);
     assert_true(faces[1] > 24 && faces[2] > 24 && faces[3] > 24 && faces[1] > faces[2]);
-    assert_true(r->topology.euler == r->euler && r->topology.components == SPECKS + 3);
+    assert_true(r->topology.euler == r->euler && r->topology.components == FRAGMENTS + 3);
     qw_result_destroy(result), shape_free(&all);
 }
 

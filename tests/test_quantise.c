@@ -214,7 +214,7 @@ static void quantises_to_the_count(void **state)
         for (int k = 0; k < 3; k++) {
             qw_scope_begin(env);
             qw_offset_mesh m = unit_solve(env, solids[i].mesh, solids[i].rho, true).offsets;
-            qw_quantise_counts counts = qw_quantise(env, &m, &(qw_quantise_wish){.quads = wanted[k], .times = 1});
+            qw_quantise_counts counts = qw_quantise(env, &m, &(qw_quantise_request){.quads = wanted[k], .times = 1});
             qw_offset_counts after = qw_offset_count(&m);
             qw_offset_validate(env, &m);
             assert_int_equal(after.irregular_triangles, 0);
@@ -236,7 +236,7 @@ static void lays_out_from_afar(void **state)
     enum { FAR = 40 };
     qw_env *env = qw_env_create(NULL, 2);
     qw_offset_mesh m = unit_solve(env, unit_sphere(env, 4), 0.2f, true).offsets;
-    qw_quantise(env, &m, &(qw_quantise_wish){.quads = 700, .times = 1});
+    qw_quantise(env, &m, &(qw_quantise_request){.quads = 700, .times = 1});
     qw_flatten_counts near, far;
     float *stiffness = stiffness_of(env, &m);
     stiffness[0] = 1e4f;
@@ -268,7 +268,7 @@ static void cubes_are_boxes(void **state)
         unit_fields u = unit_solve(env, unit_cube(env, 3), 0.1f, true);
         qw_offset_input in = {&u.mesh, u.normal, NULL, u.orientation, u.size, u.constraint, u.direction, true, true};
         qw_offset_mesh m = qw_integer_offsets(env, &in);
-        qw_quantise(env, &m, &(qw_quantise_wish){.quads = wanted, .times = 1});
+        qw_quantise(env, &m, &(qw_quantise_request){.quads = wanted, .times = 1});
         qw_offset_counts after = qw_offset_count(&m);
         assert_int_equal(after.irregular_triangles, 0);
         double quads = (double)after.double_area / 2, nearest = INFINITY;

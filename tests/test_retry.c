@@ -256,23 +256,23 @@ static void rounds_are_bounded(void **state)
 static void crowds_of_cones_end_early(void **state)
 {
     (void)state;
-    const qw_verdict crowded = {.uncovered = 20, .places = 1, .is_crowded = 1},
-                     little = {.uncovered = 14, .places = 1, .is_crowded = 1},
-                     much = {.uncovered = 10, .places = 1, .is_crowded = 1}, roomy = {.uncovered = 14, .places = 1};
-    PLAY(USUAL, {QW_STAGE_RELAX, crowded, QW_RETRY_COVERAGE, 0}, {QW_STAGE_RELAX, little, QW_NO_RETRY, 1});
-    PLAY(USUAL, {QW_STAGE_RELAX, crowded, QW_RETRY_COVERAGE, 0}, {QW_STAGE_RELAX, much, QW_RETRY_COVERAGE, 1});
-    PLAY(USUAL, {QW_STAGE_RELAX, crowded, QW_RETRY_COVERAGE, 0}, {QW_STAGE_RELAX, roomy, QW_RETRY_COVERAGE, 1});
-    PLAY(USUAL, {REPAIR(.topology_lost = 1, .places = 4, .is_crowded = 1), QW_NO_RETRY, 0});
-    PLAY(USUAL, {SIMPLIFY(.faces = 1900, .is_crowded = 1), QW_RETRY_FACE_COUNT, 0},
-         {SIMPLIFY(.faces = 1800, .is_crowded = 1), QW_RETRY_FACE_COUNT, 1},
-         {SIMPLIFY(.faces = 1700, .is_crowded = 1), QW_NO_RETRY, 2});
-    PLAY(USUAL, {INVERSIONS(.inverted = 3, .is_crowded = 1), QW_RETRY_INVERTED, 0});
-    PLAY(USUAL, {INVERSIONS(.inverted = 3, .is_crowded = 2), QW_NO_RETRY, 0});
-    PLAY(USUAL, {SIMPLIFY(.faces = 1900, .is_crowded = 2), QW_RETRY_FACE_COUNT, 0},
-         {SIMPLIFY(.faces = 1800, .is_crowded = 2), QW_NO_RETRY, 1});
-    PLAY(USUAL, {RELAX(.uncovered = 2, .places = 1, .is_crowded = 2), QW_NO_RETRY, 0});
-    PLAY(USUAL, {SIMPLIFY(.faces = 1900, .is_crowded = 1), QW_RETRY_FACE_COUNT, 0},
-         {INVERSIONS(.inverted = 3, .is_crowded = 1), QW_NO_RETRY, 1});
+    const qw_verdict tight = {.uncovered = 20, .places = 1, .lacks_room = 1},
+                     little = {.uncovered = 14, .places = 1, .lacks_room = 1},
+                     much = {.uncovered = 10, .places = 1, .lacks_room = 1}, roomy = {.uncovered = 14, .places = 1};
+    PLAY(USUAL, {QW_STAGE_RELAX, tight, QW_RETRY_COVERAGE, 0}, {QW_STAGE_RELAX, little, QW_NO_RETRY, 1});
+    PLAY(USUAL, {QW_STAGE_RELAX, tight, QW_RETRY_COVERAGE, 0}, {QW_STAGE_RELAX, much, QW_RETRY_COVERAGE, 1});
+    PLAY(USUAL, {QW_STAGE_RELAX, tight, QW_RETRY_COVERAGE, 0}, {QW_STAGE_RELAX, roomy, QW_RETRY_COVERAGE, 1});
+    PLAY(USUAL, {REPAIR(.topology_lost = 1, .places = 4, .lacks_room = 1), QW_NO_RETRY, 0});
+    PLAY(USUAL, {SIMPLIFY(.faces = 1900, .lacks_room = 1), QW_RETRY_FACE_COUNT, 0},
+         {SIMPLIFY(.faces = 1800, .lacks_room = 1), QW_RETRY_FACE_COUNT, 1},
+         {SIMPLIFY(.faces = 1700, .lacks_room = 1), QW_NO_RETRY, 2});
+    PLAY(USUAL, {INVERSIONS(.inverted = 3, .lacks_room = 1), QW_RETRY_INVERTED, 0});
+    PLAY(USUAL, {INVERSIONS(.inverted = 3, .lacks_room = 2), QW_NO_RETRY, 0});
+    PLAY(USUAL, {SIMPLIFY(.faces = 1900, .lacks_room = 2), QW_RETRY_FACE_COUNT, 0},
+         {SIMPLIFY(.faces = 1800, .lacks_room = 2), QW_NO_RETRY, 1});
+    PLAY(USUAL, {RELAX(.uncovered = 2, .places = 1, .lacks_room = 2), QW_NO_RETRY, 0});
+    PLAY(USUAL, {SIMPLIFY(.faces = 1900, .lacks_room = 1), QW_RETRY_FACE_COUNT, 0},
+         {INVERSIONS(.inverted = 3, .lacks_room = 1), QW_NO_RETRY, 1});
     PLAY(USUAL, {SIMPLIFY(.faces = 1900), QW_RETRY_FACE_COUNT, 0}, {INVERSIONS(.inverted = 3), QW_RETRY_INVERTED, 1});
 }
 

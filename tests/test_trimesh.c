@@ -203,8 +203,8 @@ static void validator_sees_broken_vertices(void **state)
     m.position[1].y = NAN;
     expect(env, &m, validate, QW_INTERNAL, 1);
     /* Two triangles glued along two sides: edges 0-1 of both are different edges between the same vertices. */
-    static const uint32_t pocket[] = {0, 1, 2, 1, 0, 2};
-    m = copy(env, pocket, 2, disc_position, 3);
+    static const uint32_t facing[] = {0, 1, 2, 1, 0, 2};
+    m = copy(env, facing, 2, disc_position, 3);
     qw_trimesh_link(env, &m);
     m.twin[0] = m.twin[3] = QW_NONE;
     expect(env, &m, validate, QW_INTERNAL, 0);

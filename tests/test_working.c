@@ -619,11 +619,11 @@ TEST(tiny_components_and_coarse_targets_leave_room)
     for (uint32_t f = 0; f < w.mesh.face_count; f++) faces[census.component[f]]++;
     for (int i = 0; i < 3; i++) assert_in_range(faces[i], 24, 400);
     assert_float_equal(curve_length(&w.mesh, false), curve_length(&mesh, false), 1e-4);
-    builder specks = {.env = env}; /* a few units in the last place across */
-    add_tetrahedron(&specks, 2e-7, 0.4);
-    add_tetrahedron(&specks, 1e-6, 0.3);
-    add_tetrahedron(&specks, 0, 0.2);
-    qw_trimesh tiny = finish(&specks, 0);
+    builder fragments = {.env = env}; /* a few units in the last place across */
+    add_tetrahedron(&fragments, 2e-7, 0.4);
+    add_tetrahedron(&fragments, 1e-6, 0.3);
+    add_tetrahedron(&fragments, 0, 0.2);
+    qw_trimesh tiny = finish(&fragments, 0);
     run(env, &tiny, 0.1f);
     qw_trimesh dense = make_sphere(env, 30);
     w = run(env, &dense, 3);

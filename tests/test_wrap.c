@@ -170,18 +170,18 @@ static void test_threads(void **unused)
     assert_true(wrap_of(soup_of_triangles(3, 400, 0.1), 0.04, 3).hash == one);
 }
 
-/* A shell within a shell is swallowed, two boxes apart stay two, a crumb vanishes; a gap is closed when it is narrower
- * than the distance. */
+/* A shell within a shell is swallowed, two boxes apart stay two, a fragment vanishes; a gap is closed when it is
+ * narrower than the distance. */
 static void test_clusters(void **unused)
 {
     (void)unused;
-    static const double here[3] = {0, 0, 0}, there[3] = {2, 0, 0}, crumb[3] = {0, 2, 0};
+    static const double here[3] = {0, 0, 0}, there[3] = {2, 0, 0}, fragment[3] = {0, 2, 0};
     soup s = {0};
     soup_box(&s, here, 0.5, 0.5, 0.5, 0, 63), soup_box(&s, here, 0.2, 0.2, 0.2, 1, 63);
-    soup_box(&s, there, 0.5, 0.5, 0.5, 0.5, 63), soup_box(&s, crumb, 0.01, 0.01, 0.01, 0, 63);
+    soup_box(&s, there, 0.5, 0.5, 0.5, 0.5, 63), soup_box(&s, fragment, 0.01, 0.01, 0.01, 0, 63);
     trial t = wrap_of(s, 0.02, 1);
     assert_int_equal(t.w.clusters, 2);
-    assert_int_equal(t.w.crumbs, 1);
+    assert_int_equal(t.w.fragments, 1);
     assert_true(t.w.hidden >= 12);
     s = (soup){0};
     soup_box(&s, here, 0.5, 0.5, 0.5, 0, 61); /* without a side: the inside is a second side of a sheet */

@@ -242,7 +242,7 @@ static inline shape torture_sleeves(int k)
     return torture_joined(torture_tube(k), torture_stretched(torture_tube(k), 0.995, 0.995, 1), false);
 }
 
-static inline shape torture_specks(int k) /* tetrahedra, of sizes from 1 to 1/8 */
+static inline shape torture_fragments(int k) /* tetrahedra, of sizes from 1 to 1/8 */
 {
     shape s = torture_empty((uint32_t)(4 * k * k), (uint32_t)(4 * k * k));
     for (int i = 0; i < k * k; i++) {
@@ -261,7 +261,7 @@ static inline shape torture_cube_and(int k, double factor)
     return torture_joined(shape_cube(k),
                           torture_moved(torture_stretched(shape_cube(k), factor, factor, factor), 3, 0, 0), false);
 }
-static inline shape torture_speck(int k) { return torture_cube_and(k, 1e-7); }
+static inline shape torture_fragment(int k) { return torture_cube_and(k, 1e-7); }
 static inline shape torture_mote(int k) { return torture_cube_and(k, 1e-11); }
 
 static inline shape torture_confetti(int k) /* single triangles in all directions */

@@ -238,7 +238,7 @@ typedef struct filled_call {
     qw_attribute filled;
 } filled_call;
 
-/* The triangles of patches are the last of the clean surface: qw_fill_holes. */
+/* The triangles that fill holes are the last of the clean surface: qw_fill_holes. */
 static void find_filled(void *user)
 {
     static const char *const names[] = {"surface", "filled"};
@@ -268,7 +268,7 @@ static void find_filled(void *user)
         qw_hit hit = qw_bvh_nearest(tree, middle, qw_quad_normal(q, f), QW_SAME_SHEET, INFINITY, hint);
         label[f] = hit.face != QW_NONE && hit.face >= first;
         hint = hit.face;
-        qw_break_silence(c->env);
+        qw_heartbeat(c->env);
     }
     qw_scope_end(c->env);
 }

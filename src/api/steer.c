@@ -106,7 +106,7 @@ static qw_vec3 unit_of(const qw_context_state *c, const qw_cross_field *f, uint3
     double scale = 1 / sqrt(length2);
     for (int k = 0; k < 3; k++) d[k] *= scale;
     if (f->domain == QW_PER_FACE) require_on_face(c, e, d);
-    return qw_v3((float)d[0], (float)d[1], (float)d[2]);
+    return qw_v3_of_doubles(d);
 }
 
 static void copy_field(void *user)

@@ -12,7 +12,7 @@
 #include <string.h>
 
 /* After so long without a word the host is told where the run is, whatever the stage is doing. */
-static const double SILENCE = 0.02;
+static const double HEARTBEAT = 0.02;
 
 enum { MAX_SCOPES = 64, ALIGNMENT = 64, MESSAGE_SIZE = 512 };
 
@@ -238,35 +238,35 @@ static bool tell(qw_env *env)
     return wanted;
 }
 
-static bool is_long_ago(const qw_env *env) { return env->host.progress && qw_seconds_now() - env->told > SILENCE; }
+static bool is_long_ago(const qw_env *env) { return env->host.progress && qw_seconds_now() - env->told > HEARTBEAT; }
 
 /* Not where the run is done and nothing is asked of its result: the time until the next one is the host's own. */
-static bool is_silent(const qw_env *env) { return (env->fraction < 1 || env->works_on) && is_long_ago(env); }
+static bool is_heartbeat_due(const qw_env *env) { return (env->fraction < 1 || env->works_on) && is_long_ago(env); }
 
 void qw_cancel(qw_env *env)
 {
     qw_fail(env, QW_CANCELLED, -1, "cancelled by the caller during stage \"%s\"", qw_stage_title(env->stage));
 }
 
-bool qw_is_still_wanted(qw_env *env) { return !is_silent(env) || tell(env); }
+bool qw_is_still_wanted(qw_env *env) { return !is_heartbeat_due(env) || tell(env); }
 
-void qw_break_silence(qw_env *env)
+void qw_heartbeat(qw_env *env)
 {
     if (!qw_is_still_wanted(env)) qw_cancel(env);
 }
 
-void qw_begin_silence(qw_env *env) { env->told = qw_seconds_now(); }
+void qw_heartbeat_begin(qw_env *env) { env->told = qw_seconds_now(); }
 
 qw_status qw_protect_listening(qw_env *env, void (*body)(void *user), void *user)
 {
-    qw_begin_silence(env);
+    qw_heartbeat_begin(env);
     env->works_on = true;
     qw_status status = qw_protect(env, body, user);
     env->works_on = false;
     return status;
 }
 
-void qw_break_silence_outside(qw_env *env)
+void qw_heartbeat_outside(qw_env *env)
 {
     if (is_long_ago(env) && !tell(env))
         qw_fail(env, QW_CANCELLED, -1, "cancelled by the caller while a file was read or written");
@@ -275,17 +275,17 @@ void qw_break_silence_outside(qw_env *env)
 /* Reading the clock takes longer than a small block, or a loop over few, is worth. */
 enum { SMALL_BYTES = 4096, SMALL_COUNT = 64, SMALL_ONES = 16 };
 
-static void break_silence_now_and_then(qw_env *env)
+static void heartbeat_now_and_then(qw_env *env)
 {
     if (++env->small < SMALL_ONES) return;
     env->small = 0;
-    qw_break_silence(env);
+    qw_heartbeat(env);
 }
 
 void *qw_alloc(qw_env *env, size_t count, size_t size)
 {
-    if (count < SMALL_BYTES && size < SMALL_BYTES && count * size < SMALL_BYTES) break_silence_now_and_then(env);
-    else qw_break_silence(env);
+    if (count < SMALL_BYTES && size < SMALL_BYTES && count * size < SMALL_BYTES) heartbeat_now_and_then(env);
+    else qw_heartbeat(env);
     return alloc_in_scope(env, count, size, env->scope);
 }
 
@@ -383,18 +383,6 @@ void qw_defer(qw_env *env, void (*release)(void *resource), void *resource)
     b->resource = resource;
 }
 
-void qw_undefer(qw_env *env, void *resource)
-{
-    block *head = &env->scopes[env->scope];
-    for (block *b = head->next; b != head; b = b->next)
-        if (b->release && b->resource == resource) {
-            b->release = NULL;
-            release_block(env, b);
-            return;
-        }
-    assert(!"undefer of something that was not deferred in this scope");
-}
-
 /* What all stages and each further round take of what is left then: whether there are more rounds is known at the end
  * of each. */
 static const double ALL_STAGES = 0.9, A_ROUND = 0.6;
@@ -481,7 +469,7 @@ typedef struct blocks {
 
 bool qw_listen(qw_env *env)
 {
-    if (!env->cancelled && env->host.progress && qw_thread_here() == env->caller && is_silent(env) && !tell(env))
+    if (!env->cancelled && env->host.progress && qw_thread_here() == env->caller && is_heartbeat_due(env) && !tell(env))
         env->cancelled = true;
     return !env->cancelled;
 }
@@ -512,6 +500,6 @@ void qw_parallel(qw_env *env, uint32_t count, uint32_t grain, qw_task task, void
         env->cancelled = false;
         qw_cancel(env);
     }
-    if (small) break_silence_now_and_then(env);
-    else qw_break_silence(env);
+    if (small) heartbeat_now_and_then(env);
+    else qw_heartbeat(env);
 }

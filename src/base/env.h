@@ -63,9 +63,8 @@ enum { QW_ASIDE_SLOTS = 3 };
 void qw_scopes_set_aside(qw_env *env, uint32_t slot, uint32_t count);
 void qw_scopes_take_up(qw_env *env, uint32_t slot);
 void qw_scopes_drop(qw_env *env, uint32_t slot);
-/* Runs release(resource) when the current scope ends or is unwound, unless qw_undefer took it back. Latest first. */
+/* Runs release(resource) when the current scope ends or is unwound. Latest first. */
 void qw_defer(qw_env *env, void (*release)(void *resource), void *resource);
-void qw_undefer(qw_env *env, void *resource);
 
 size_t qw_env_bytes(const qw_env *env);
 size_t qw_env_peak(const qw_env *env);
@@ -88,17 +87,17 @@ void qw_progress_work(qw_env *env, double fraction);
 void qw_end_work(qw_env *env);
 /* Where 20 ms have gone by without a word, tells the host again how far it is, or unwinds as qw_progress does. qw_alloc
    and qw_parallel call it; so should loops of some length that do neither. */
-void qw_break_silence(qw_env *env);
+void qw_heartbeat(qw_env *env);
 /* The two halves of it, for code of others that has to be left in its own way: whether the host, where it has not been
    told for 20 ms, wants to go on; and the unwinding. */
 bool qw_is_still_wanted(qw_env *env);
 _Noreturn void qw_cancel(qw_env *env);
-/* As qw_break_silence for what waits for something outside, a pipe or a disk, and so also after the run is finished:
+/* As qw_heartbeat for what waits for something outside, a pipe or a disk, and so also after the run is finished:
    the host can call off the writing of a result as it can the run. */
-void qw_break_silence_outside(qw_env *env);
+void qw_heartbeat_outside(qw_env *env);
 /* The 20 ms are counted from here: a call from outside begins, before which nobody waited for a word. */
-void qw_begin_silence(qw_env *env);
-/* As qw_protect, for what is asked of a result: the host is told of silences, and can cancel, though the run is done.
+void qw_heartbeat_begin(qw_env *env);
+/* As qw_protect, for what is asked of a result: the host hears a heartbeat, and can cancel, though the run is done.
  */
 qw_status qw_protect_listening(qw_env *env, void (*body)(void *user), void *user);
 qw_stage qw_env_stage(const qw_env *env);
@@ -114,7 +113,7 @@ enum { QW_GRAIN_LIGHT = 4096, QW_GRAIN = 1024, QW_GRAIN_HEAVY = 256, QW_GRAIN_SE
    its block gives the same bytes on any machine; sums are kept a block and added up in order by the caller. */
 typedef void (*qw_task)(void *user, uint32_t block, uint32_t begin, uint32_t end);
 void qw_parallel(qw_env *env, uint32_t count, uint32_t grain, qw_task task, void *user);
-/* For tasks that take long: as qw_break_silence, but never unwinds. False once the host has cancelled the run: the
+/* For tasks that take long: as qw_heartbeat, but never unwinds. False once the host has cancelled the run: the
    task's result is not wanted any more. May be called on any thread; only that which called qw_parallel speaks to the
    host. */
 bool qw_listen(qw_env *env);

@@ -5,7 +5,7 @@
 
 /* Units of single precision at twice the mean of all numbers, which in a chart that fills the texture is about 1: what
  * a few operations, or texts of six decimals, are off. A thirtieth of a pixel of a texture of 16384. The mean, as one
- * stray number would spoil the largest. */
+ * wrong number would spoil the largest. */
 static const double ROUNDING_UNITS = 16;
 
 /* Sums and differences of so large coordinates, and their multiples by any count, are finite. */

@@ -102,6 +102,7 @@ static void hold_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     b->grids[block] = g;
 }
 
+/* The coarse cell of each box of a block, and how many boxes are in each. */
 static void code_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const build *b = user;
@@ -121,6 +122,7 @@ static void place_block(void *user, uint32_t block, uint32_t begin, uint32_t end
     for (uint32_t i = begin; i < end; i++) b->keys[next[code_of(b->spare[i])]++] = b->spare[i];
 }
 
+/* Sorts boxes into coarse cells along a space-filling curve, by counting. */
 static void sort_into_cells(qw_env *env, build *b, uint32_t count)
 {
     uint32_t blocks = (count + BLOCK - 1) / BLOCK;
@@ -243,6 +245,7 @@ static uint32_t split_of(const build *b, chore *c)
     return highest_change(b->keys, c->begin, c->end);
 }
 
+/* Splits a range of boxes down to leaves, without recursion. */
 static void build_subtree(const build *b, chore whole)
 {
     chore stack[2 * QW_BOX_STACK];
@@ -266,6 +269,7 @@ static void build_subtree(const build *b, chore whole)
     }
 }
 
+/* The subtrees below some of the coarse cells. */
 static void build_cells(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;

@@ -134,6 +134,7 @@ static void nearest_on_sliver(dvec ab, dvec ac, dvec ap, double *v, double *w)
     if (offset2(ab, ac, ap, 1 - u, u) < best) *v = 1 - u, *w = u;
 }
 
+/* Takes the nearest point of a triangle if it is nearer than the best; of equal ones that of the lower number. */
 static void nearest_on(const triangle *t, qw_vec3 point, qw_hit *best)
 {
     dvec ab = between(t->a, t->b), ac = between(t->a, t->c), ap = between(t->a, point), n = dcross(ab, ac);
@@ -241,6 +242,7 @@ static void fill_discs(void *user, uint32_t block, uint32_t begin, uint32_t end)
     }
 }
 
+/* The smallest box of small integers around a direction. */
 static normal_box box_of_normal(qw_vec3 n)
 {
     const float by[3] = {STEEPEST * n.x, STEEPEST * n.y, STEEPEST * n.z};
@@ -393,28 +395,28 @@ static inline void try_disc(const qw_bvh *bvh, uint32_t i, const qw_bvh_query *q
     nearest_on(&whole, q->point, best);
 }
 
-/* The balls around the discs meet that of the pocket: a few too many. */
-static bool put_leaf(const qw_bvh *bvh, const qw_box_node *leaf, float radius, qw_bvh_pocket *pocket)
+/* The balls around the discs meet that of the cache: a few too many. */
+static bool put_leaf(const qw_bvh *bvh, const qw_box_node *leaf, float radius, qw_bvh_cache *cache)
 {
     for (uint32_t i = leaf->first; i < leaf->first + leaf->count; i++) {
         float room = (radius + bvh->discs[i].radius) * 1.00001f;
-        if (qw_length2(qw_sub(bvh->discs[i].centre, pocket->centre)) > room * room + bvh->tree.slack2) continue;
-        if (pocket->count == QW_POCKET_SIZE) return false;
-        uint32_t k = pocket->count++;
-        pocket->place[k] = i, pocket->around[k] = bvh->discs[i].radius;
-        pocket->at[0][k] = bvh->discs[i].centre.x, pocket->at[1][k] = bvh->discs[i].centre.y;
-        pocket->at[2][k] = bvh->discs[i].centre.z;
+        if (qw_length2(qw_sub(bvh->discs[i].centre, cache->centre)) > room * room + bvh->tree.slack2) continue;
+        if (cache->count == QW_CACHE_SIZE) return false;
+        uint32_t k = cache->count++;
+        cache->place[k] = i, cache->around[k] = bvh->discs[i].radius;
+        cache->at[0][k] = bvh->discs[i].centre.x, cache->at[1][k] = bvh->discs[i].centre.y;
+        cache->at[2][k] = bvh->discs[i].centre.z;
         triangle t = triangle_of(bvh, bvh->discs[i].face);
-        pocket->corner[k][0] = t.a, pocket->corner[k][1] = t.b, pocket->corner[k][2] = t.c;
+        cache->corner[k][0] = t.a, cache->corner[k][1] = t.b, cache->corner[k][2] = t.c;
     }
     return true;
 }
 
-void qw_bvh_fill_pocket(const qw_bvh *bvh, qw_vec3 centre, float radius, qw_bvh_pocket *pocket)
+void qw_bvh_fill_cache(const qw_bvh *bvh, qw_vec3 centre, float radius, qw_bvh_cache *cache)
 {
     assert(radius >= 0);
     const qw_box_tree *t = &bvh->tree;
-    pocket->centre = centre, pocket->radius = 0, pocket->count = 0;
+    cache->centre = centre, cache->radius = 0, cache->count = 0;
     uint32_t stack[QW_BOX_STACK], top = 0;
     float limit = reach(t, radius * radius);
     qw_lanes middle = lanes_of(centre);
@@ -422,21 +424,21 @@ void qw_bvh_fill_pocket(const qw_bvh *bvh, qw_vec3 centre, float radius, qw_bvh_
     while (top > 0) {
         const qw_box_node *n = &t->nodes[stack[--top]];
         if (n->count > 0) {
-            if (!put_leaf(bvh, n, radius, pocket)) return;
+            if (!put_leaf(bvh, n, radius, cache)) return;
             continue;
         }
         assert(top + 2 <= QW_BOX_STACK);
         for (uint32_t k = 2; k-- > 0;)
             if (box_distance2(&t->nodes[n->first + k], middle) <= limit) stack[top++] = n->first + k;
     }
-    pocket->radius = radius;
+    cache->radius = radius;
 }
 
 /* Whether all that is as near as the best so far lies in the ball. */
-static bool is_inside(const qw_box_tree *t, const qw_bvh_pocket *pocket, qw_vec3 point, float distance2)
+static bool is_inside(const qw_box_tree *t, const qw_bvh_cache *cache, qw_vec3 point, float distance2)
 {
-    float room = pocket->radius - sqrtf(reach(t, distance2));
-    return room > 0 && qw_length2(qw_sub(point, pocket->centre)) * 1.00001f < room * room;
+    float room = cache->radius - sqrtf(reach(t, distance2));
+    return room > 0 && qw_length2(qw_sub(point, cache->centre)) * 1.00001f < room * room;
 }
 
 /* The squared distance to the box of a node, or beyond all where that is more than `limit`, no normal in it agrees, or
@@ -484,7 +486,7 @@ static void search_around(const qw_bvh *bvh, const qw_bvh_query *q, const aim *a
     }
 }
 
-qw_hit qw_bvh_find(const qw_bvh *bvh, const qw_bvh_query *q, const qw_bvh_pocket *pocket)
+qw_hit qw_bvh_find(const qw_bvh *bvh, const qw_bvh_query *q, const qw_bvh_cache *cache)
 {
     assert(q->max_distance >= 0);
     const qw_box_tree *t = &bvh->tree;
@@ -494,9 +496,9 @@ qw_hit qw_bvh_find(const qw_bvh *bvh, const qw_bvh_query *q, const qw_bvh_pocket
     uint32_t hint = q->hint < t->count ? bvh->place[q->hint] : QW_NONE;
     if (hint != QW_NONE) try_disc(bvh, hint, q, &a, &best);
     if (best.distance2 < q->enough2) return best;
-    if (pocket && pocket->radius > 0) {
-        for (uint32_t i = 0; i < pocket->count; i++) try_disc(bvh, pocket->place[i], q, &a, &best);
-        if (is_inside(t, pocket, q->point, best.distance2)) return best;
+    if (cache && cache->radius > 0) {
+        for (uint32_t i = 0; i < cache->count; i++) try_disc(bvh, cache->place[i], q, &a, &best);
+        if (is_inside(t, cache, q->point, best.distance2)) return best;
     }
     bool is_near = hint != QW_NONE && best.distance2 <= bvh->discs[hint].radius * bvh->discs[hint].radius;
     if (is_near) search_around(bvh, q, &a, bvh->leaf[hint], &best);
@@ -624,11 +626,11 @@ qw_hit qw_bvh_ray(const qw_bvh *bvh, qw_vec3 origin, qw_vec3 direction, float ma
     return best;
 }
 
-/* Lists the balls in a pocket that come as near to the ray's line as this: four at a time, as compilers lay the first
+/* Lists the balls in a cache that come as near to the ray's line as this: four at a time, as compilers lay the first
    loop out. */
-static uint32_t list_met(const qw_bvh_pocket *p, const ray *r, float near, float slack2, uint32_t list[QW_POCKET_SIZE])
+static uint32_t list_met(const qw_bvh_cache *p, const ray *r, float near, float slack2, uint32_t list[QW_CACHE_SIZE])
 {
-    uint32_t is_met[QW_POCKET_SIZE], count = 0;
+    uint32_t is_met[QW_CACHE_SIZE], count = 0;
     for (uint32_t i = 0; i < p->count; i++) {
         float x = p->at[0][i] - r->origin.x, y = p->at[1][i] - r->origin.y, z = p->at[2][i] - r->origin.z;
         float along = x * r->direction.x + y * r->direction.y + z * r->direction.z;
@@ -640,28 +642,28 @@ static uint32_t list_met(const qw_bvh_pocket *p, const ray *r, float near, float
     return count;
 }
 
-static triangle in_pocket(const qw_bvh *bvh, const qw_bvh_pocket *p, uint32_t i)
+static triangle in_cache(const qw_bvh *bvh, const qw_bvh_cache *p, uint32_t i)
 {
     return (triangle){p->corner[i][0], p->corner[i][1], p->corner[i][2], bvh->discs[p->place[i]].face};
 }
 
-static bool can_use(const qw_box_tree *t, const qw_bvh_pocket *pocket, qw_vec3 origin, qw_vec3 end)
+static bool can_use(const qw_box_tree *t, const qw_bvh_cache *cache, qw_vec3 origin, qw_vec3 end)
 {
-    return pocket && pocket->radius > 0 && is_inside(t, pocket, origin, 0) && is_inside(t, pocket, end, 0);
+    return cache && cache->radius > 0 && is_inside(t, cache, origin, 0) && is_inside(t, cache, end, 0);
 }
 
-qw_hit qw_bvh_ray_near(const qw_bvh *bvh, const qw_bvh_pocket *pocket, qw_vec3 origin, qw_vec3 direction,
+qw_hit qw_bvh_ray_near(const qw_bvh *bvh, const qw_bvh_cache *cache, qw_vec3 origin, qw_vec3 direction,
                        float max_distance, uint32_t skip)
 {
     const qw_box_tree *t = &bvh->tree;
-    if (!can_use(t, pocket, origin, qw_madd(origin, max_distance, direction)))
+    if (!can_use(t, cache, origin, qw_madd(origin, max_distance, direction)))
         return qw_bvh_ray(bvh, origin, direction, max_distance, skip);
     qw_hit best = {.face = QW_NONE, .distance2 = max_distance * max_distance};
     ray r = {.origin = origin, .direction = direction, .skip = skip};
     double best_t = max_distance;
-    uint32_t list[QW_POCKET_SIZE], count = list_met(pocket, &r, 0, t->slack2, list);
+    uint32_t list[QW_CACHE_SIZE], count = list_met(cache, &r, 0, t->slack2, list);
     for (uint32_t k = 0; k < count; k++) {
-        triangle whole = in_pocket(bvh, pocket, list[k]);
+        triangle whole = in_cache(bvh, cache, list[k]);
         try_ray(&whole, &r, &best_t, &best);
     }
     return best;
@@ -683,11 +685,11 @@ static qw_lanes_mask may_meet(const triangle *t, const qw_vec3_lanes *origin, co
     return (det <= room) | ((u >= -room) & (v >= -room) & (u + v <= det + 3 * room));
 }
 
-void qw_bvh_rays_near(const qw_bvh *bvh, const qw_bvh_pocket *pocket, const qw_vec3 *origin, const qw_vec3 *direction,
+void qw_bvh_rays_near(const qw_bvh *bvh, const qw_bvh_cache *cache, const qw_vec3 *origin, const qw_vec3 *direction,
                       const float *max_distance, uint32_t count, qw_hit *hit)
 {
     const qw_box_tree *t = &bvh->tree;
-    uint32_t list[QW_POCKET_SIZE];
+    uint32_t list[QW_CACHE_SIZE];
     double best_t[QW_MOST_RAYS];
     ray r[QW_MOST_RAYS];
     qw_vec3 end[QW_MOST_RAYS];
@@ -700,18 +702,18 @@ void qw_bvh_rays_near(const qw_bvh *bvh, const qw_bvh_pocket *pocket, const qw_v
         r[i] = (ray){.origin = origin[i], .direction = direction[i], .skip = QW_NONE};
         hit[i] = (qw_hit){.face = QW_NONE, .distance2 = max_distance[i] * max_distance[i]};
         best_t[i] = max_distance[i], end[i] = qw_madd(origin[i], max_distance[i], direction[i]);
-        good = good && can_use(t, pocket, origin[i], end[i]);
+        good = good && can_use(t, cache, origin[i], end[i]);
         near = fmaxf(near, fmaxf(qw_distance(origin[i], origin[0]), qw_distance(end[i], end[0])));
         qw_put_lane(&from, (int)i, origin[i]), qw_put_lane(&along, (int)i, direction[i]);
     }
     for (uint32_t i = 0; i < count && !good; i++)
-        hit[i] = qw_bvh_ray_near(bvh, pocket, origin[i], direction[i], max_distance[i], QW_NONE);
+        hit[i] = qw_bvh_ray_near(bvh, cache, origin[i], direction[i], max_distance[i], QW_NONE);
     if (!good || count == 0) return;
-    uint32_t met = list_met(pocket, &r[0], near, t->slack2, list);
+    uint32_t met = list_met(cache, &r[0], near, t->slack2, list);
     for (uint32_t k = 0; k < met; k++) {
-        triangle whole = in_pocket(bvh, pocket, list[k]);
-        float size = 2 * pocket->around[list[k]];
-        qw_lanes_mask may = may_meet(&whole, &from, &along, size, 2 * pocket->radius + size);
+        triangle whole = in_cache(bvh, cache, list[k]);
+        float size = 2 * cache->around[list[k]];
+        qw_lanes_mask may = may_meet(&whole, &from, &along, size, 2 * cache->radius + size);
         for (uint32_t i = 0; i < count; i++)
             if (may[i]) try_ray(&whole, &r[i], &best_t[i], &hit[i]);
     }
@@ -752,6 +754,7 @@ qw_curve_tree *qw_curve_tree_of_quads(qw_env *env, const qw_quadmesh *quads)
     return built;
 }
 
+/* Takes the nearest point of a segment if it is nearer than the best; of equal ones that of the lower number. */
 static inline void try_segment(const segment *s, qw_vec3 point, qw_curve_hit *best)
 {
     dvec along = between(s->from, s->to), to = between(s->from, point);

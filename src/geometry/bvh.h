@@ -52,31 +52,31 @@ typedef struct qw_bvh_query {
     float enough2; /* squared: what is nearer than this need not be the nearest; 0: it must */
 } qw_bvh_query;
 /* The faces that meet a ball, for many queries in one place. */
-enum { QW_POCKET_SIZE = 192 };
-typedef struct qw_bvh_pocket {
+enum { QW_CACHE_SIZE = 192 };
+typedef struct qw_bvh_cache {
     qw_vec3 centre;
     float radius; /* 0: the ball meets more faces than there is room for; queries go through the tree then */
-    uint32_t count, place[QW_POCKET_SIZE];
-    float at[3][QW_POCKET_SIZE], around[QW_POCKET_SIZE]; /* balls around the faces: centres, and radii */
-    qw_vec3 corner[QW_POCKET_SIZE][3];                   /* of the faces, for rays */
-} qw_bvh_pocket;
-void qw_bvh_fill_pocket(const qw_bvh *bvh, qw_vec3 centre, float radius, qw_bvh_pocket *pocket);
-/* As qw_bvh_nearest. pocket: quick where the point and what is nearest to it lie in its ball; never changes the answer;
+    uint32_t count, place[QW_CACHE_SIZE];
+    float at[3][QW_CACHE_SIZE], around[QW_CACHE_SIZE]; /* balls around the faces: centres, and radii */
+    qw_vec3 corner[QW_CACHE_SIZE][3];                  /* of the faces, for rays */
+} qw_bvh_cache;
+void qw_bvh_fill_cache(const qw_bvh *bvh, qw_vec3 centre, float radius, qw_bvh_cache *cache);
+/* As qw_bvh_nearest. cache: quick where the point and what is nearest to it lie in its ball; never changes the answer;
    may be NULL. */
-qw_hit qw_bvh_find(const qw_bvh *bvh, const qw_bvh_query *query, const qw_bvh_pocket *pocket);
+qw_hit qw_bvh_find(const qw_bvh *bvh, const qw_bvh_query *query, const qw_bvh_cache *cache);
 /* The nearest point of one face. */
 qw_hit qw_bvh_nearest_on(const qw_bvh *bvh, uint32_t face, qw_vec3 point);
 /* First hit of the ray within max_distance at a face other than `skip` (may be QW_NONE). distance2 is squared along the
  * unit direction. */
 qw_hit qw_bvh_ray(const qw_bvh *bvh, qw_vec3 origin, qw_vec3 direction, float max_distance, uint32_t skip);
-/* The same; pocket: quick where the ray up to max_distance lies in its ball; never changes the answer;
+/* The same; cache: quick where the ray up to max_distance lies in its ball; never changes the answer;
    may be NULL. */
-qw_hit qw_bvh_ray_near(const qw_bvh *bvh, const qw_bvh_pocket *pocket, qw_vec3 origin, qw_vec3 direction,
+qw_hit qw_bvh_ray_near(const qw_bvh *bvh, const qw_bvh_cache *cache, qw_vec3 origin, qw_vec3 direction,
                        float max_distance, uint32_t skip);
 
 /* The same for `count` rays that lie near one another, QW_MOST_RAYS at most. */
 enum { QW_MOST_RAYS = 4 };
-void qw_bvh_rays_near(const qw_bvh *bvh, const qw_bvh_pocket *pocket, const qw_vec3 *origin, const qw_vec3 *direction,
+void qw_bvh_rays_near(const qw_bvh *bvh, const qw_bvh_cache *cache, const qw_vec3 *origin, const qw_vec3 *direction,
                       const float *max_distance, uint32_t count, qw_hit *hit);
 
 /* The same over segments (sharp edges, boundary curves). */

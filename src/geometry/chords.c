@@ -118,6 +118,7 @@ static void quarter_face(const qw_quadmesh *m, uint32_t f, const uint32_t *middl
     }
 }
 
+/* Links the new sides across the old edges, each of which has become one or two. */
 static void join_faces(const qw_quadmesh *m, splitting *s)
 {
     for (uint32_t h = 0; h < 4 * m->face_count; h++) {

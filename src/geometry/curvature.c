@@ -76,6 +76,7 @@ static double turn_across(const piece_task *t, uint32_t h, uint32_t g, qw_vec3 a
     return qw_angle_of(qw_dot(qw_cross(a, b), along), qw_dot(a, b));
 }
 
+/* Into how many pieces each edge is cut: half a radius long at most; 0 where nothing bends. */
 static void count_edge_pieces(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -89,6 +90,7 @@ static void count_edge_pieces(void *user, uint32_t block, uint32_t begin, uint32
     }
 }
 
+/* The pieces of each edge, with their share of what it bends. */
 static void fill_edge_pieces(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -117,6 +119,7 @@ static void count_area_pieces(void *user, uint32_t block, uint32_t begin, uint32
     }
 }
 
+/* The pieces of each triangle, spread over it at random. */
 static void fill_area_pieces(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -203,8 +206,10 @@ static piece_grid group_pieces(qw_env *env, piece *pieces, uint32_t count, float
     return g;
 }
 
+/* Makes pieces of all items, counted first, and groups them by cells as large as the radius. */
 static piece_grid make_pieces(qw_env *env, piece_task *t, uint32_t items, qw_task count, qw_task fill)
 {
+    assert(t->radius > 0);
     t->begin = QW_NEW_ZERO(env, uint32_t, (size_t)items + 1);
     qw_parallel(env, items, QW_GRAIN_LIGHT, count, t);
     uint64_t total = 0;
@@ -352,10 +357,7 @@ qw_ball_sums qw_ball_sums_at(const qw_ball_curvature *c, qw_vec3 point, qw_vec3 
     double area[4] = {0}, turn[2] = {0};
     visit_ball(b, &c->areas, add_area, area);
     visit_ball(b, &c->edges, add_turn, turn);
-    return (qw_ball_sums){.area = area[3],
-                          .normal = qw_v3((float)area[0], (float)area[1], (float)area[2]),
-                          .turn = turn[0],
-                          .turning = turn[1]};
+    return (qw_ball_sums){.area = area[3], .normal = qw_v3_of_doubles(area), .turn = turn[0], .turning = turn[1]};
 }
 
 qw_principal qw_ball_curvature_at(const qw_ball_curvature *c, qw_vec3 point, qw_vec3 normal)
@@ -368,7 +370,7 @@ qw_principal qw_ball_curvature_at(const qw_ball_curvature *c, qw_vec3 point, qw_
     for (int i = 0; i < 6; i++) bends |= m[i] != 0; /* of a saddle the first three may be 0 */
     if (!bends) return none;
     visit_ball(b, &c->areas, add_area, area);
-    qw_vec3 n = qw_normalize(qw_v3((float)area[0], (float)area[1], (float)area[2]));
+    qw_vec3 n = qw_normalize(qw_v3_of_doubles(area));
     if (!(area[3] > 0) || qw_length2(n) == 0) return none;
     qw_vec3 u = qw_any_orthogonal(n), v = qw_cross(n, u);
     double uu = product(m, u, u) / area[3], uv = product(m, u, v) / area[3], vv = product(m, v, v) / area[3];
@@ -382,6 +384,7 @@ qw_principal qw_ball_curvature_at(const qw_ball_curvature *c, qw_vec3 point, qw_
     return (qw_principal){d, (float)fmin(difference, 1)};
 }
 
+/* How many pieces lie in the 27 cells around a point's. */
 static uint64_t pieces_around(const piece_grid *g, cell middle)
 {
     uint64_t count = 0;

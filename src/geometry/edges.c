@@ -40,6 +40,7 @@ static void sort_buckets(void *user, uint32_t block, uint32_t begin, uint32_t en
     for (uint32_t v = begin; v < end; v++) qw_sort_u64(e->side + e->begin[v], e->begin[v + 1] - e->begin[v]);
 }
 
+/* Sorts all sides by the lower end of their edge, then by the upper one. */
 static inline qw_edges build(qw_env *env, uint32_t sides, const uint32_t *corner, uint32_t face_count,
                              uint32_t vertex_count)
 {

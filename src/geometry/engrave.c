@@ -249,7 +249,7 @@ static bool draw_in(graver *g, uint32_t pieces, const stop *from, const stop *to
     return true;
 }
 
-/* In smaller pieces where the straight way leads astray, as over sharp edges. */
+/* In smaller pieces where the straight way fails, as over sharp edges. */
 static void draw_step(graver *g, const stop *from, const stop *to, const qw_vec3 *normal)
 {
     for (uint32_t pieces = 1; pieces <= MOST_PIECES; pieces *= 2)
@@ -261,6 +261,7 @@ static void draw_step(graver *g, const stop *from, const stop *to, const qw_vec3
         g->number, g->point);
 }
 
+/* Draws a line from point to point into the surface, in pieces no longer than `step`. */
 static void engrave_one(graver *g, const qw_vec3 *point, uint32_t count, const qw_vec3 *normal, float step)
 {
     assert(count > 0 && step > 0);
@@ -269,7 +270,7 @@ static void engrave_one(graver *g, const qw_vec3 *point, uint32_t count, const q
         g->point = i - 1;
         uint32_t pieces = 1 + (uint32_t)fminf(qw_distance(point[i - 1], point[i]) / step, (float)MOST_PIECES_A_STEP);
         for (uint32_t k = 1; k <= pieces; k++) {
-            qw_break_silence(g->env);
+            qw_heartbeat(g->env);
             stop next = stop_at(g, qw_lerp(point[i - 1], point[i], (float)k / (float)pieces), normal);
             draw_step(g, &now, &next, normal);
             now = next;

@@ -47,10 +47,12 @@ static qw_hit find_nearest(const qw_flip_judge *j, qw_vec3 point, qw_vec3 normal
     return hit;
 }
 
+/* Whether more than a share of the triangles' area faces against what is nearest to it. */
 static bool opposes_nearest(const qw_flip_judge *j, const qw_vec3 *p, const uint32_t *corner, uint32_t count,
                             float share, uint32_t *hint)
 {
     assert(j->surface && j->tree);
+    assert(share >= 0 && share <= 1);
     float all = 0, opposed = 0, other = 0;
     for (uint32_t t = 0; t < count; t++) all += qw_length(cross_of(p, corner + 3 * t));
     for (uint32_t t = 0; t < count; t++) {
@@ -99,6 +101,7 @@ static bool is_more_than_sliver_patch(const qw_trimesh *s, uint32_t triangle, qw
     return false;
 }
 
+/* Whether for nearly all of the triangles' area no surface nearby faces the same way. */
 static bool is_alone(const qw_flip_judge *j, const qw_vec3 *p, const uint32_t *corner, uint32_t count,
                      const qw_flip_limits *l)
 {

@@ -78,6 +78,7 @@ static qw_vec3 middle_of(const qw_trimesh *m, uint32_t h)
     return qw_lerp(m->position[m->corner[h]], m->position[m->corner[qw_next(h)]], 0.5f);
 }
 
+/* How each triangle is cut, by which of its edges get a middle: with two of them along the shorter diagonal. */
 static void choose_parting(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -117,6 +118,7 @@ static void copy_face(const halving *t, uint32_t f)
     }
 }
 
+/* The pieces of triangle f, by the table: corners, twins, marks, and the middles of edges that it owns. */
 static void part_face(const halving *t, uint32_t f)
 {
     const parting *p = &PARTING[t->kind[f]];

@@ -7,6 +7,7 @@
 
 /* ---- edges */
 
+/* Where each face's corners begin, and the face of each corner. Fails at empty faces and unknown vertices. */
 static void find_faces(qw_env *env, const qw_mesh_view *mesh, qw_polygon_edges *edges)
 {
     edges->face_begin = QW_NEW(env, uint32_t, (size_t)mesh->face_count + 1);
@@ -119,6 +120,7 @@ qw_valences qw_find_valences(qw_env *env, const qw_mesh_view *mesh, const qw_pol
 
 /* ---- frame */
 
+/* Makes a box large enough for all vertices that faces name. */
 static void grow_box(const qw_mesh_view *mesh, double lo[3], double hi[3])
 {
     uint64_t corners = 0;

@@ -76,6 +76,8 @@ static bool keeps_edges(const qw_quad_edit *e, uint32_t v)
     return valence > (open ? 2u : 3u) && valence <= QW_MAX_VALENCE;
 }
 
+/* Collapses a quad along the diagonal from its first corner, unless the surface, a curve or a valence forbids it.
+ * */
 static bool collapse(qw_quad_edit *e, uint32_t h0, bool curveless)
 {
     assert(h0 < 4 * e->mesh.face_count);

@@ -71,6 +71,7 @@ static uint32_t next_on_boundary(const qw_quadmesh *mesh, uint32_t h)
     return g;
 }
 
+/* How many boundary loops there are. */
 static int64_t count_loops(qw_env *env, const qw_quadmesh *mesh)
 {
     assert(mesh->twin);
@@ -104,6 +105,7 @@ typedef struct spoke {
 /* Meets `to` from v by half-edge h of either direction; returns whether that is once more, or v itself. */
 static bool meets_again(const qw_quadmesh *mesh, uint32_t v, uint32_t to, uint32_t h, spoke *met, uint8_t *is_double)
 {
+    assert(v < mesh->vertex_count && h < 4 * mesh->face_count);
     if (to != v && met[to].from != v) {
         met[to] = (spoke){v, h};
         return false;

@@ -5,8 +5,10 @@
 
 #include <assert.h>
 
+/* Adds a triangle with its normal and the sum of areas up to it; not if it has none. */
 static void add_triangle(qw_surface *s, const qw_mesh_view *view, double scale, uint32_t a, uint32_t b, uint32_t c)
 {
+    assert(a < view->vertex_count && b < view->vertex_count && c < view->vertex_count);
     qw_dvec3 p = qw_dpoint(view, a, scale);
     qw_dvec3 n = qw_dcross(qw_dsub(qw_dpoint(view, b, scale), p), qw_dsub(qw_dpoint(view, c, scale), p));
     double length = qw_dlength(n);

@@ -56,6 +56,7 @@ static const float NEARER = 1e-5f;
 static qw_surface_point best_around(const qw_trimesh *mesh, uint32_t start, qw_vec3 p, qw_surface_point best,
                                     region *where)
 {
+    assert(start < 3 * mesh->face_count);
     uint32_t h = start, left = MAX_FAN;
     do {
         region r;

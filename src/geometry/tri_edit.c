@@ -8,6 +8,7 @@ _Static_assert(sizeof(qw_edit_vertex) == 32 && sizeof(qw_edit_face) <= 32, "half
 /* Half-edges 4 f + 3 must stay below QW_NONE. */
 enum { MAX_FACES = UINT32_MAX / 4 - 1 };
 
+/* An edit with room for an eighth more than the mesh has, which is still to be filled in. */
 static qw_edit make_room(qw_env *env, const qw_trimesh *mesh)
 {
     assert(mesh->vertex_count == 0 || mesh->position);
@@ -28,6 +29,7 @@ static qw_edit_vertex opened_vertex(const qw_trimesh *mesh, uint32_t v, float ta
     return (qw_edit_vertex){.position = mesh->position[v], .target = target, .out = 4 * (h / 3) + h % 3, .home = h};
 }
 
+/* Triangle f of a mesh as an edit keeps it, four half-edges to a face. */
 static qw_edit_face opened_face(const qw_trimesh *mesh, uint32_t f)
 {
     assert(f < mesh->face_count);
@@ -79,8 +81,10 @@ static uint32_t add_face(qw_edit *e, uint32_t a, uint32_t b, uint32_t c)
     return e->face_count++;
 }
 
+/* Makes two half-edges twins, or one of them a boundary, with this mark. */
 static void join(qw_edit *e, uint32_t h, uint32_t g, uint8_t mark)
 {
+    assert(h == QW_NONE || (h >> 2) < e->face_count);
     if (h != QW_NONE) {
         e->face[h >> 2].twin[h & 3] = g;
         e->face[h >> 2].mark[h & 3] = mark;
@@ -322,6 +326,7 @@ static void code_vertices(void *user, uint32_t block, uint32_t begin, uint32_t e
     }
 }
 
+/* The box of all vertices, as what a cell of 1024 in each direction is. */
 static void find_box(sorting *s, uint32_t n)
 {
     qw_vec3 low = qw_v3(INFINITY, INFINITY, INFINITY), high = qw_v3(-INFINITY, -INFINITY, -INFINITY);
@@ -367,6 +372,7 @@ static void sort_vertices(qw_env *env, sorting *s, uint32_t n)
     qw_free(env, key), qw_free(env, other_key), qw_free(env, other), qw_free(env, count);
 }
 
+/* The least rank of each triangle's corners, by which triangles are sorted. */
 static void least_corners(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -436,6 +442,7 @@ static void pack_vertices(void *user, uint32_t block, uint32_t begin, uint32_t e
     }
 }
 
+/* Moves each living face to its new place, with new numbers in it. */
 static void pack_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;

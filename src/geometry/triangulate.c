@@ -134,6 +134,7 @@ static bool project(const double *position, const uint32_t *corner, uint32_t n, 
     return true;
 }
 
+/* Links the corners of a polygon to a ring and lists the reflex ones. */
 static void begin_ring(ring *r, uint32_t n)
 {
     assert(n >= 3);
@@ -186,6 +187,8 @@ static void update_reflex(ring *r, uint32_t i)
     if (r->reflex[i]) r->reflex[i] = turn(&r->p[r->previous[i]], &r->p[i], &r->p[r->next[i]]) <= r->flat;
 }
 
+/* Cuts ears off a plane polygon until a triangle is left. Where no ear may be cut less is demanded. Returns the end
+ * of what was written to `out`. */
 static uint32_t *clip_ears(ring *r, const uint8_t *doublet, const uint32_t *corner, uint32_t n, uint32_t *out)
 {
     assert(n >= 3 && out);
@@ -246,6 +249,8 @@ static uint8_t *find_doublets(qw_env *env, const qw_clean_input *input)
     return polygons;
 }
 
+/* A polygon as triangles: along the better diagonal, by ears, or, where it has no plane, as a fan. Returns the end
+ * of what was written. */
 static uint32_t *triangulate_face(const double *position, const uint8_t *doublet, const uint32_t *corner, uint32_t n,
                                   ring *r, uint32_t *out)
 {

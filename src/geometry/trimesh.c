@@ -20,6 +20,7 @@ void qw_trimesh_link(qw_env *env, qw_trimesh *mesh)
 
 /* ---- invariants */
 
+/* Fails where corners are out of range or repeated, twins do not agree, or marks differ on two sides. */
 static void validate_half_edges(qw_env *env, const qw_trimesh *mesh)
 {
     const uint32_t *corner = mesh->corner, *twin = mesh->twin;
@@ -48,6 +49,7 @@ static void validate_half_edges(qw_env *env, const qw_trimesh *mesh)
  * met. */
 static uint32_t validate_fan(qw_env *env, const qw_trimesh *mesh, uint32_t v, uint32_t first, uint32_t *seen)
 {
+    assert(v < mesh->vertex_count && first < 3 * mesh->face_count);
     uint32_t size = 0, h = first;
     do {
         uint32_t w = mesh->corner[qw_next(h)];

@@ -58,7 +58,7 @@ static uint32_t *head_of(const grid *g, const int64_t *cell)
 }
 
 /* Looks at the latest few of the cell only. There are more where the whole model is small against its bounding box,
-   because a stray face lies far away; there is nothing to be joined by this tolerance then. */
+   because a single face lies far away; there is nothing to be joined by this tolerance then. */
 static uint32_t join_with_cell(grid *g, const int64_t *cell, uint32_t v, uint32_t *parent)
 {
     enum { LATEST = 64 };
@@ -146,7 +146,7 @@ static void mark_collapsing(const uint32_t *corner, uint32_t face_count, uint32_
 }
 
 /* Marks the ends of edges with more than two sides, as far as they are groups; returns whether there are any. */
-static bool mark_crowded(const qw_edges *edges, uint32_t vertex_count, const uint8_t *grouped, uint8_t *bad)
+static bool mark_nonmanifold(const qw_edges *edges, uint32_t vertex_count, const uint8_t *grouped, uint8_t *bad)
 {
     bool any = false;
     for (uint32_t v = 0; v < vertex_count; v++)
@@ -160,8 +160,8 @@ static bool mark_crowded(const qw_edges *edges, uint32_t vertex_count, const uin
     return any;
 }
 
-/* Renames corners to their groups and dissolves groups at crowded edges, until none is left. Returns the number of
-   boundary edges then, or UINT64_MAX where there is no end to it. */
+/* Renames corners to their groups and dissolves groups at edges with more than two sides, until none is left. Returns
+   the number of boundary edges then, or UINT64_MAX where there is no end to it. */
 static uint64_t settle_groups(qw_env *env, uint32_t vertex_count, const uint32_t *corner, uint32_t face_count,
                               uint32_t *parent, uint8_t *bad, uint32_t *renamed)
 {
@@ -175,10 +175,10 @@ static uint64_t settle_groups(qw_env *env, uint32_t vertex_count, const uint32_t
             if (parent[v] != v) grouped[parent[v]] = 1;
         for (size_t h = 0; h < 3 * (size_t)face_count; h++) renamed[h] = parent[corner[h]];
         qw_edges edges = qw_edges_build(env, 3, renamed, face_count, vertex_count);
-        bool crowded = mark_crowded(&edges, vertex_count, grouped, bad);
+        bool nonmanifold = mark_nonmanifold(&edges, vertex_count, grouped, bad);
         uint64_t boundary = find_boundary(&edges, vertex_count, NULL);
         qw_edges_free(env, &edges);
-        if (!crowded) return boundary;
+        if (!nonmanifold) return boundary;
     }
     return UINT64_MAX;
 }

@@ -99,13 +99,13 @@ static const char *resolve(qw_env *env, const char *path)
 static void wait_for(qw_env *env, int descriptor, short events)
 {
     struct pollfd one = {.fd = descriptor, .events = events};
-    while (poll(&one, 1, WAIT) == 0) qw_break_silence_outside(env);
+    while (poll(&one, 1, WAIT) == 0) qw_heartbeat_outside(env);
 }
 
 static void sleep_a_while(qw_env *env)
 {
     nanosleep(&(struct timespec){.tv_nsec = WAIT * 1000000L}, NULL);
-    qw_break_silence_outside(env);
+    qw_heartbeat_outside(env);
 }
 
 /* Opening a FIFO waits for the other end; this way the host is asked meanwhile. Returns -1 as open does. */
@@ -310,7 +310,7 @@ qw_file *qw_file_begin(qw_env *env, const char *path)
 {
     qw_file *f = QW_NEW_ZERO(env, qw_file, 1);
     f->env = env;
-    qw_begin_silence(env);
+    qw_heartbeat_begin(env);
     f->name = qw_path_for_messages(env, path, "standard output");
     f->descriptor = -1;
     f->buffer = qw_alloc(env, BUFFER_SIZE, 1);
@@ -366,7 +366,7 @@ static void flush(qw_file *f)
     for (size_t done = 0; done < f->filled;) {
         size_t left = f->filled - done;
         if (f->slow) wait_for(f->env, f->descriptor, POLLOUT);
-        else qw_break_silence_outside(f->env);
+        else qw_heartbeat_outside(f->env);
         ssize_t put = write_quietly(f->descriptor, f->buffer + done, f->slow && left > PIPE_BUF ? PIPE_BUF : left);
         if (put < 0 && (errno == EINTR || errno == EAGAIN)) continue;
         if (put < 0) fail_to_write(f->env, f->name, errno);

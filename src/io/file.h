@@ -5,7 +5,7 @@
  * links are followed, also where what they point to does not exist yet: the link stays.
  *
  * A pipe or a terminal may not take or give anything for long. While it does not, the host is asked whether to go on
- * (qw_break_silence_outside). Limits of the system (a full disk, a file-size limit, a closed pipe) fail with a
+ * (qw_heartbeat_outside). Limits of the system (a full disk, a file-size limit, a closed pipe) fail with a
  * sentence; the signals SIGXFSZ and SIGPIPE that come with two of them never reach the host. */
 #ifndef QW_IO_FILE_H
 #define QW_IO_FILE_H

@@ -87,7 +87,7 @@ static qw_bytes read_all(qw_env *env, HANDLE handle, const char *name, uint64_t 
         if (size + QW_ZEROS == capacity) bytes = qw_grow(env, bytes, &capacity, capacity + 1, 1);
         size_t room = capacity - QW_ZEROS - size;
         DWORD got = 0;
-        qw_break_silence_outside(env);
+        qw_heartbeat_outside(env);
         if (!ReadFile(handle, bytes + size, (DWORD)(room < MOST_AT_ONCE ? room : MOST_AT_ONCE), &got, NULL)) {
             if (GetLastError() == ERROR_BROKEN_PIPE || GetLastError() == ERROR_HANDLE_EOF) break;
             fail_to_read(env, name, GetLastError());
@@ -121,14 +121,14 @@ static HANDLE open_to_read(qw_env *env, const char *path, const char *name)
 
 qw_bytes qw_file_read(qw_env *env, const char *path, const char *name)
 {
-    qw_begin_silence(env);
+    qw_heartbeat_begin(env);
     bool standard = strcmp(path, "-") == 0;
     return read_all(env, standard ? GetStdHandle(STD_INPUT_HANDLE) : open_to_read(env, path, name), name, UINT64_MAX);
 }
 
 qw_bytes qw_file_read_regular(qw_env *env, const char *path, const char *name, uint64_t most, bool may_cut)
 {
-    qw_begin_silence(env);
+    qw_heartbeat_begin(env);
     HANDLE handle = open_to_read(env, path, name);
     if (GetFileType(handle) != FILE_TYPE_DISK) qw_fail(env, QW_FILE_UNREADABLE, -1, "%s: is no regular file", name);
     LARGE_INTEGER length;
@@ -196,7 +196,7 @@ qw_file *qw_file_begin(qw_env *env, const char *path)
 {
     qw_file *f = QW_NEW_ZERO(env, qw_file, 1);
     f->env = env;
-    qw_begin_silence(env);
+    qw_heartbeat_begin(env);
     f->name = qw_path_for_messages(env, path, "standard output");
     f->handle = INVALID_HANDLE_VALUE;
     f->buffer = qw_alloc(env, BUFFER_SIZE, 1);
@@ -225,7 +225,7 @@ static void flush(qw_file *f)
 {
     for (size_t done = 0; done < f->filled;) {
         DWORD put = 0;
-        qw_break_silence_outside(f->env);
+        qw_heartbeat_outside(f->env);
         if (!WriteFile(f->handle, f->buffer + done, (DWORD)(f->filled - done), &put, NULL))
             fail_to_write(f->env, f->name, GetLastError());
         done += put;

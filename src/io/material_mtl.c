@@ -36,21 +36,21 @@ static char *beside(const mtl *m, const char *name)
 }
 
 /* A file, or at NULL where it cannot be read. */
-typedef struct attempt {
+typedef struct reading {
     qw_env *env;
     const char *path;
     qw_bytes bytes;
-} attempt;
+} reading;
 
 static void read_file(void *user)
 {
-    attempt *a = user;
+    reading *a = user;
     a->bytes = qw_file_read_regular(a->env, a->path, a->path, UINT32_MAX, false);
 }
 
 static qw_bytes read_or_note(mtl *m, const char *path)
 {
-    attempt a = {.env = m->env, .path = path};
+    reading a = {.env = m->env, .path = path};
     qw_status status = qw_protect(m->env, read_file, &a);
     if (status == QW_OK) return a.bytes;
     char why[QW_MATERIAL_NOTE];

@@ -24,7 +24,7 @@ typedef struct table {
     uint32_t count;
 } table;
 
-typedef struct search {
+typedef struct edge_search {
     qw_env *env;
     const qw_outlines *of;
     const uint32_t *place; /* uint32_t[vertices]: ends of edges are told by it; NULL: by the vertices */
@@ -33,7 +33,7 @@ typedef struct search {
     const void *user;
     uint32_t *edge, edges;
     size_t capacity;
-} search;
+} edge_search;
 
 static table new_table(qw_env *env, size_t sides)
 {
@@ -62,7 +62,7 @@ static known_edge *edge_of(table *t, uint64_t key, const qw_side *side)
 }
 
 /* The side that begins at a corner; its key, or 0 where it is not looked at. */
-static uint64_t side_at(const search *s, bool by_place, uint32_t f, uint32_t c, qw_side *side)
+static uint64_t side_at(const edge_search *s, bool by_place, uint32_t f, uint32_t c, qw_side *side)
 {
     uint32_t d = c + 1 < s->of->face_begin[f + 1] ? c + 1 : s->of->face_begin[f], a = s->of->corner[c],
              b = s->of->corner[d];
@@ -73,7 +73,7 @@ static uint64_t side_at(const search *s, bool by_place, uint32_t f, uint32_t c, 
     return qw_pair_key(a, b) + 1;
 }
 
-static void add_edge(search *s, const qw_side *side)
+static void add_edge(edge_search *s, const qw_side *side)
 {
     s->edge = qw_grow(s->env, s->edge, &s->capacity, s->edges + (size_t)1, 2 * sizeof *s->edge);
     s->edge[2 * (size_t)s->edges] = s->of->corner[side->low];
@@ -81,7 +81,7 @@ static void add_edge(search *s, const qw_side *side)
     s->edges++;
 }
 
-static size_t count_sides(const search *s)
+static size_t count_sides(const edge_search *s)
 {
     size_t count = 0;
     qw_side side;
@@ -92,7 +92,7 @@ static size_t count_sides(const search *s)
 }
 
 /* Between faces that share the vertices of an edge. Returns the table of these edges; *alone: sides of only one. */
-static table find_shared(search *s, size_t *alone)
+static table find_shared(edge_search *s, size_t *alone)
 {
     table t = new_table(s->env, count_sides(s));
     qw_side side;
@@ -112,7 +112,7 @@ static table find_shared(search *s, size_t *alone)
 
 /* Between sides that are alone, by their positions: twice over them, as only where there are two in all are they one
  * edge. */
-static void find_parted(search *s, table *shared, size_t alone)
+static void find_parted(edge_search *s, table *shared, size_t alone)
 {
     table t = new_table(s->env, alone);
     qw_side side;
@@ -132,7 +132,7 @@ static void find_parted(search *s, table *shared, size_t alone)
 uint32_t *qw_find_borders(qw_env *env, const qw_outlines *of, const uint32_t *place, const uint8_t *only,
                           qw_sides_differ *differ, const void *user, uint32_t *edges)
 {
-    search s = {.env = env, .of = of, .place = place, .only = only, .differ = differ, .user = user};
+    edge_search s = {.env = env, .of = of, .place = place, .only = only, .differ = differ, .user = user};
     size_t alone;
     table shared = find_shared(&s, &alone);
     if (alone > 1) {

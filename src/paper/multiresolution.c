@@ -25,6 +25,7 @@ static uint32_t other_side(const folding *w, uint32_t e, uint32_t h)
 
 static bool can_fold(const folding *w, uint32_t e)
 {
+    assert(e < w->fine->edge_count);
     uint32_t s0 = w->side[2 * e], s1 = w->side[2 * e + 1];
     if (w->touched[e] || s1 == QW_NONE || s0 / 3 == s1 / 3 || w->gone[s0 / 3] || w->gone[s1 / 3]) return false;
     uint32_t h[4] = {qw_next(s0), qw_next(qw_next(s0)), qw_next(s1), qw_next(qw_next(s1))}, beyond[4];

@@ -40,6 +40,7 @@ static void check_core(qw_run_state *run)
         qw_fail(env, QW_INTERNAL, -1, "quads of the core are %g times in the result", run->mirror.times);
 }
 
+/* Fails where a mesh has not the topology of what it was made from. */
 static void check_topology(qw_env *env, const char *what, const qw_trimesh *mesh, const qw_trimesh *from)
 {
     qw_trimesh_validate(env, mesh);
@@ -58,6 +59,7 @@ static void check_surface(qw_run_state *run)
     check_positions(run->env, "surface", run->surface.position, run->surface.vertex_count);
 }
 
+/* The working mesh is sound, has a size, a verdict and a constraint at every vertex. */
 static void check_working(qw_run_state *run)
 {
     qw_env *env = run->env;
@@ -77,6 +79,7 @@ static void check_working(qw_run_state *run)
     }
 }
 
+/* A level's neighbours are vertices of it, none of its own colour; each vertex has one colour and a parent. */
 static void check_level(qw_env *env, const qw_level *level, const qw_level *coarse)
 {
     uint32_t n = level->vertex_count;

@@ -80,6 +80,7 @@ static void begin_history(qw_context_state *c)
     qw_rounds_drop(&c->rounds);
 }
 
+/* Forgets all of an earlier run, and begins with the input that was given. */
 static void begin_run(qw_context_state *c)
 {
     discard_from(c, QW_STAGE_CLEAN);
@@ -228,6 +229,8 @@ static void take_candidate(qw_context_state *c, uint32_t slot)
     k->attempt = QW_NO_ATTEMPT;
 }
 
+/* Takes the attempt that was chosen at this stage in the place of the current one, and drops those that can't be
+ * chosen any more. */
 static void go_on_with(qw_context_state *c, qw_stage stage, uint32_t attempt, const qw_judgement *j)
 {
     for (uint32_t slot = 0; slot < QW_ASIDE_SLOTS && c->history.current != attempt; slot++)
@@ -254,6 +257,7 @@ static void add_refinements(qw_context_state *c, const qw_plan *next, const qw_s
         c->refinement[i] = (qw_refinement){places->point[k], (float)QW_REFINED_RADIUS * places->size[k], round};
 }
 
+/* Keeps the current attempt if it is the best so far, and begins another from the stage that the step says. */
 static void go_back(qw_context_state *c, const qw_step *step, const qw_judgement *j)
 {
     qw_stage back = qw_retry_rows[step->cause].back;
@@ -299,8 +303,10 @@ static void switch_retry(qw_context_state *c, qw_step *step)
     if (step->best == QW_NO_ATTEMPT || current->verdict.is_composed) step->best = c->history.current;
 }
 
+/* Writes down the verdict, asks what follows, and does that. */
 static void decide(qw_context_state *c, qw_stage stage, const qw_judgement *j)
 {
+    assert(c->history.current < c->history.count);
     qw_attempt *a = &c->history.attempt[c->history.current];
     a->verdict = j->verdict, a->judged = (uint32_t)stage + 1;
     c->history.request = (qw_request){c->run.faces_wanted,
@@ -346,6 +352,7 @@ static void describe_result(qw_run_state *run)
     run->report->count_assembled = run->report->topology.faces - run->fitted.face_count;
 }
 
+/* One stage under protection: runs it, checks what it leaves, and judges it. */
 static void call_stage(void *user)
 {
     stage_call *call = user;

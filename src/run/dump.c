@@ -77,8 +77,10 @@ static void remember(dump *d, const void *data, size_t size)
     d->record[d->count++].size = size;
 }
 
+/* Writes an array, or a reference to an earlier one with the same bytes. */
 static void write_record(dump *d, const char *name, const void *data, size_t count, size_t element_size)
 {
+    assert(element_size > 0);
     qw_state_record r = {
         .element_size = (uint32_t)element_size, .bytes_of = data ? 0 : QW_NONE, .count = data ? count : 0};
     size_t size = count * element_size;
@@ -127,6 +129,7 @@ static qw_state_record begin_record(dump *d, const char *name, size_t element_si
     return r;
 }
 
+/* Refuses numbers that are not finite, or beyond what any mesh has. */
 static void check_numbers(dump *d, const char *name, const void *data, size_t size, number_kind kind)
 {
     const float *f = data;
@@ -139,8 +142,11 @@ static void check_numbers(dump *d, const char *name, const void *data, size_t si
             if (!isfinite(x[i])) REFUSE(d, (int64_t)i, "number %zu of \"%s\" is not finite", i, name);
 }
 
+/* Reads an array of `count` elements, or NULL where it is optional and not there; shares the memory of an earlier
+ * record if it refers to one. */
 static void *read_array(dump *d, const char *name, size_t count, size_t element_size, bool optional, number_kind kind)
 {
+    assert(element_size > 0);
     qw_state_record r = begin_record(d, name, element_size);
     size_t size = r.count * element_size;
     if (optional && r.bytes_of == QW_NONE) {
@@ -173,6 +179,7 @@ static void *array(dump *d, const char *name, const void *data, size_t count, si
     return (void *)data;
 }
 
+/* Writes or reads one value. */
 static void value(dump *d, const char *name, void *data, size_t size)
 {
     if (d->out) {
@@ -233,6 +240,7 @@ static void write_options(dump *d)
     write_record(d, "options", text, length, 1);
 }
 
+/* Reads the options of the run, one NAME=VALUE a line, and checks them. */
 static void read_options(dump *d)
 {
     char message[256];
@@ -285,6 +293,7 @@ typedef struct header {
 _Static_assert(sizeof(header) == QW_STATE_HEADER && sizeof(qw_state_record) == QW_STATE_NAME + 24,
                "no padding goes into a file");
 
+/* Writes the header, the options and all stages that are finished. */
 static void write_dump(void *user)
 {
     dump *d = user;
@@ -319,6 +328,7 @@ static void read_file(void *user)
     qw_scope_end(d->env);
 }
 
+/* Reads the header, and refuses other files, versions and byte orders. */
 static void read_header(dump *d)
 {
     header h = {.version = 0};
@@ -357,6 +367,7 @@ static void make_core(qw_context_state *c)
     qw_free(c->env, report);
 }
 
+/* Reads what one stage has left, or makes it anew where that is quicker, and checks it. */
 static void read_stage(void *user)
 {
     dump *d = user;
@@ -373,6 +384,7 @@ static void read_stage(void *user)
     REQUIRE(d, d->part + 1 < (int)d->finished || d->at == d->end, "the dump goes on after its end");
 }
 
+/* Reads all finished stages, each in a scope of its own; stops at the first that fails. */
 static qw_status read_stages(dump *d)
 {
     qw_context_state *c = d->c;

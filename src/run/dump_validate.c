@@ -56,6 +56,7 @@ static void validate_history(qw_context_state *c, uint32_t finished)
     }
 }
 
+/* Field, region and guides belong to the input. */
 static void validate_steering(qw_context_state *c)
 {
     const qw_steering *s = &c->steering;
@@ -80,6 +81,7 @@ static void validate_steering(qw_context_state *c)
                 "a guide has fewer than two points");
 }
 
+/* The polygons of the input and their densities are in range. */
 static void validate_input(qw_context_state *c, uint32_t finished)
 {
     const qw_clean_input *in = &c->input;
@@ -99,6 +101,7 @@ static void validate_input(qw_context_state *c, uint32_t finished)
 
 /* ---- surfaces */
 
+/* A surface is sound, and its marks agree on both sides of an edge. */
 static void validate_surface(qw_context_state *c, const qw_trimesh *mesh)
 {
     REQUIRE(c, mesh->face_count < QW_NONE / 4, "a surface has too many triangles");
@@ -112,6 +115,7 @@ static void validate_surface(qw_context_state *c, const qw_trimesh *mesh)
         REQUIRE(c, mesh->point[v] <= 1, "a vertex of a surface is more than a point");
 }
 
+/* Frames of components are orthonormal and stretch. */
 static void validate_own_frames(qw_context_state *c, const qw_own_frames *own)
 {
     REQUIRE(c, own->count <= c->run.whole.census.components && (own->count == 0 || own->frame),
@@ -127,6 +131,7 @@ static void validate_own_frames(qw_context_state *c, const qw_own_frames *own)
         }
 }
 
+/* The clean surface is sound, and the counts and sizes that come with it are its own. */
 static void validate_clean(qw_context_state *c)
 {
     qw_run_state *run = &c->run;
@@ -158,6 +163,7 @@ static void require_same_triangles(qw_context_state *c, const qw_trimesh *read, 
     require_same(c, read->twin, made->twin, corners * sizeof *made->twin, what);
 }
 
+/* Refuses quads with other faces, kinds, marks or components than those made anew. */
 static void require_same_quads(qw_context_state *c, const qw_quadmesh *read, const qw_quadmesh *made, const char *what)
 {
     size_t n = made->vertex_count, corners = 4 * (size_t)made->face_count;
@@ -179,6 +185,7 @@ static void require_topology(qw_context_state *c, const qw_census *is, const qw_
             what);
 }
 
+/* What was taken off the clean surface is what this library takes off; the marked surface has its topology. */
 static void validate_marked(qw_context_state *c)
 {
     qw_run_state *run = &c->run;
@@ -223,6 +230,7 @@ static box wide_box(const qw_trimesh *s)
     return b;
 }
 
+/* Refuses vertices far off the surface. */
 static void require_inside(qw_context_state *c, const qw_vec3 *position, uint32_t count)
 {
     if (count == 0) return;
@@ -255,6 +263,7 @@ static void require_sizes(qw_context_state *c, const float *size)
             "the wanted edge lengths are those of far more quads");
 }
 
+/* Constraints and directions are those that follow from the curves. */
 static void validate_holds(qw_context_state *c)
 {
     qw_run_state *run = &c->run;
@@ -267,6 +276,7 @@ static void validate_holds(qw_context_state *c)
     run->constraint = constraint, run->direction = direction;
 }
 
+/* The working mesh fits the options and the surface. */
 static void validate_working(qw_context_state *c)
 {
     qw_run_state *run = &c->run;
@@ -313,6 +323,7 @@ static void validate_lattice(qw_context_state *c)
 
 /* ---- the integers */
 
+/* Refuses an offset mesh that is not the one made anew, its offsets aside. */
 static void require_same_mesh(qw_context_state *c, const qw_offset_mesh *read, const qw_offset_mesh *made)
 {
     size_t corners = 3 * (size_t)made->face_count, edges = made->edge_count, n = made->vertex_count;
@@ -332,6 +343,7 @@ static void require_same_mesh(qw_context_state *c, const qw_offset_mesh *read, c
     require_same(c, read->index, made->index, n, what);
 }
 
+/* Offsets are short, directions of unit length, vertices near the surface. */
 static void validate_offsets(qw_context_state *c, const qw_offset_mesh *m)
 {
     int64_t sum = 0;
@@ -353,6 +365,7 @@ static void validate_offsets(qw_context_state *c, const qw_offset_mesh *m)
     qw_offset_validate(c->env, m);
 }
 
+/* The offsets before any change are those that follow from crosses and sizes. */
 static void validate_first_offsets(qw_context_state *c)
 {
     qw_run_state *run = &c->run;
@@ -378,7 +391,7 @@ static void validate_regular(qw_context_state *c)
     require_same_mesh(c, &run->regular, &run->offsets);
     REQUIRE(c,
             run->irregular == qw_offset_count(&run->regular).irregular_triangles &&
-                run->stiffening_changes_nothing <= 1 && run->is_crowded <= 2,
+                run->stiffening_changes_nothing <= 1 && run->lacks_room <= 2,
             "the irregular triangles are not counted");
 }
 
@@ -405,6 +418,7 @@ static void validate_quads(qw_context_state *c, const qw_quadmesh *q, int64_t co
                 "a vertex is of no known kind or component");
 }
 
+/* The quads are those that follow from the offsets. */
 static void validate_extraction(qw_context_state *c)
 {
     const qw_extraction *x = &c->run.extraction;
@@ -431,6 +445,7 @@ static void validate_repaired(qw_context_state *c)
     REQUIRE(c, run->topology_kept == kept, "the topology of the quads is not as it says");
 }
 
+/* The faces of the joined mesh are quads first, then polygons of the input. */
 static void validate_joined(qw_context_state *c)
 {
     const qw_run_state *run = &c->run;

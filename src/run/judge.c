@@ -30,7 +30,7 @@ static bool can_refine_around(const qw_run_state *run, const qw_sites *places)
     const qw_trimesh *s = &run->surface;
     uint32_t room = QW_MAX_REFINEMENTS - run->plan.refinements;
     for (uint32_t i = 0; i < places->count && i < room; i++) {
-        qw_break_silence(run->env);
+        qw_heartbeat(run->env);
         for (uint32_t v = 0; v < s->vertex_count; v++)
             if (qw_distance(s->position[v], places->point[i]) < (float)QW_REFINED_RADIUS * places->size[i] &&
                 !is_refined(run, s->position[v]))
@@ -118,6 +118,8 @@ static double count_misshapen(const qw_run_state *run, const qw_quadmesh *quads)
     return sizes.long_share * quads->face_count + RINGS * qw_count_lost_parts(run, quads);
 }
 
+/* What is uncovered or flipped after RELAX, of the best components of all rounds where they can be composed; and
+ * where that is. */
 static void judge_coverage(const qw_run_state *run, qw_rounds *rounds, qw_judgement *j)
 {
     qw_verdict *v = &j->verdict;
@@ -163,7 +165,7 @@ void qw_judge(const qw_run_state *run, qw_stage finished, qw_rounds *rounds, qw_
     case QW_STAGE_INVERSIONS:
         j->verdict.inverted = run->inverted + run->irregular;
         j->verdict.stiffening_changes_nothing = run->stiffening_changes_nothing;
-        j->verdict.is_crowded = run->is_crowded;
+        j->verdict.lacks_room = run->lacks_room;
         break;
     case QW_STAGE_REPAIR:
         if (run->options.repair) judge_topology(run, j);

@@ -93,7 +93,7 @@ static qw_step go_on(uint32_t best) { return (qw_step){QW_NO_RETRY, best, FIRST_
 static bool takes_one_step(const qw_history *h)
 {
     const qw_verdict *v = &current(h)->verdict;
-    return h->request.is_closed && v->is_crowded > (qw_is_too_few(&h->request) ? 0 : 1);
+    return h->request.is_closed && v->lacks_room > (qw_is_too_few(&h->request) ? 0 : 1);
 }
 
 static bool is_little_inverted(const qw_history *h)
@@ -115,7 +115,7 @@ static qw_step after_integers(const qw_history *h)
         return go_on(before->verdict.inverted <= a->verdict.inverted ? h->current - 1 : h->current);
     }
     uint32_t round = round_begin(h);
-    bool repairs_decide = a->verdict.is_crowded && (takes_one_step(h) || uses_since(h, QW_RETRY_FACE_COUNT, round) > 0);
+    bool repairs_decide = a->verdict.lacks_room && (takes_one_step(h) || uses_since(h, QW_RETRY_FACE_COUNT, round) > 0);
     if (!h->request.is_closed || a->verdict.inverted == 0 || is_little_inverted(h) ||
         a->verdict.stiffening_changes_nothing || repairs_decide || a->plan.strategy == QW_STRATEGY_STIFF ||
         !has_use(h, QW_RETRY_INVERTED, round))
@@ -142,7 +142,7 @@ static qw_step refine(const qw_history *h, qw_retry cause, uint32_t best)
 static qw_step after_repair(const qw_history *h)
 {
     const qw_verdict *v = &current(h)->verdict;
-    if (h->request.repairs && !qw_is_too_few(&h->request) && v->topology_lost && v->places > 0 && !v->is_crowded &&
+    if (h->request.repairs && !qw_is_too_few(&h->request) && v->topology_lost && v->places > 0 && !v->lacks_room &&
         !is_little_inverted(h) && has_use(h, QW_RETRY_TOPOLOGY, 0))
         return refine(h, QW_RETRY_TOPOLOGY, QW_NO_ATTEMPT);
     return go_on(h->current);
@@ -176,7 +176,7 @@ static uint32_t sizes_begin(const qw_history *h, uint32_t round)
 static bool may_resize(const qw_history *h, uint32_t first)
 {
     const qw_verdict *v = &current(h)->verdict;
-    bool repairs_decide = h->request.is_closed && (v->topology_lost || v->is_crowded);
+    bool repairs_decide = h->request.is_closed && (v->topology_lost || v->lacks_room);
     uint32_t most = takes_one_step(h) ? 1
                     : repairs_decide  ? QW_SIZE_RETRIES_REBUILT
                                       : qw_retry_rows[QW_RETRY_FACE_COUNT].most;
@@ -203,8 +203,11 @@ static qw_step with_other_size(const qw_history *h, uint32_t best)
     return step;
 }
 
+/* After SIMPLIFY: other sizes as long as the count converges, then cones beside corners, else on with the nearest
+ * count. */
 static qw_step after_simplify(const qw_history *h)
 {
+    assert(h->current < h->count);
     const qw_verdict *v = &current(h)->verdict;
     uint32_t round = round_begin(h), sizes = sizes_begin(h, round), best = nearest_count(h, round);
     if (qw_is_near_count(qw_faces_aimed_at(&h->request), v->faces, h->request.times_used) || v->faces < 1)
@@ -275,9 +278,9 @@ static bool round_is_hopeless(const qw_history *h)
         if (was_judged(&h->attempt[i], QW_STAGE_RELAX)) least = fmin(least, faults(h, i));
     double present = faults(h, h->current);
     const qw_verdict *v = &current(h)->verdict;
-    return (v->topology_lost || v->is_crowded) &&
-           (v->is_crowded > 1 || present > QW_HOPELESS_FAULTS * h->request.faces_wanted ||
-            ((v->uncovered < 1 || v->is_crowded) && present > QW_ROUND_GAIN * least));
+    return (v->topology_lost || v->lacks_room) &&
+           (v->lacks_room > 1 || present > QW_HOPELESS_FAULTS * h->request.faces_wanted ||
+            ((v->uncovered < 1 || v->lacks_room) && present > QW_ROUND_GAIN * least));
 }
 
 /* Whether the run may go back for what RELAX has seen. */
@@ -320,8 +323,10 @@ static qw_step after_relax(const qw_history *h)
 /* If there is no room for both sides, this share more quads is asked for; each further attempt doubles the share. */
 static const double MORE_ROOM = 0.02;
 
+/* After ASSEMBLE: more room for one side of a plane, then the next plane or none, else on. */
 static qw_step after_assemble(const qw_history *h)
 {
+    assert(h->count > 0);
     const qw_plan *p = &h->attempt[0].plan;
     const qw_verdict *v = &current(h)->verdict;
     qw_step step = {QW_RETRY_NO_ROOM, QW_NO_ATTEMPT, FIRST_PLAN};
@@ -367,8 +372,10 @@ static qw_stage loop_end(qw_stage back)
 
 static bool is_number(double x) { return x >= 0 && isfinite(x); }
 
+/* What of attempt i none can have, for dumps; NULL: nothing. */
 static const char *attempt_fault(const qw_history *h, uint32_t i, double largest_factor)
 {
+    assert(i < h->count && largest_factor >= 1);
     const qw_attempt *a = &h->attempt[i];
     const qw_plan *p = &a->plan;
     const qw_verdict *v = &a->verdict;

@@ -53,7 +53,7 @@ typedef struct qw_verdict {
     /* after ASSEMBLE */
     uint32_t sides_apart; /* flag: one side sewn to its reflection is not the surface that it is to be */
     uint32_t count_off;   /* flag: both sides together have not the count that is promised */
-    uint32_t is_crowded;  /* after INVERSIONS: 1: cones cut the surface into more triangles than quads are wanted, or
+    uint32_t lacks_room;  /* after INVERSIONS: 1: cones cut the surface into more triangles than quads are wanted, or
                              lines run together over much of it; 2: into many times as many */
     /* after REPAIR or RELAX */
     uint32_t places; /* where topology was lost, area is uncovered or quads are flipped, if smaller quads can be had */

@@ -36,17 +36,17 @@ bool qw_flow_is_optimal(const qw_flow_problem *problem, const int32_t *flow, con
 }
 
 /* Breadth first from all nodes with supply left at once. */
-typedef struct search {
+typedef struct flow_search {
     qw_residual g;
     uint32_t *queue;   /* uint32_t[node_count] */
     uint32_t *sources; /* uint32_t[source_count], the nodes that may have supply left */
     uint32_t source_count;
-    uint32_t now; /* a node was reached in this search when its stamp is this */
-} search;
+    uint32_t now; /* a node was reached in this flow_search when its stamp is this */
+} flow_search;
 
-static search search_create(qw_env *env, const qw_flow_problem *problem, const int32_t *flow)
+static flow_search search_create(qw_env *env, const qw_flow_problem *problem, const int32_t *flow)
 {
-    search s = {.g = qw_residual_create(env, problem, flow)};
+    flow_search s = {.g = qw_residual_create(env, problem, flow)};
     s.queue = QW_NEW(env, uint32_t, s.g.node_count);
     s.sources = QW_NEW(env, uint32_t, s.g.node_count);
     for (uint32_t v = 0; v < s.g.node_count; v++)
@@ -55,7 +55,7 @@ static search search_create(qw_env *env, const qw_flow_problem *problem, const i
 }
 
 /* Drops the sources that are used up and queues the others. */
-static uint32_t queue_sources(search *s)
+static uint32_t queue_sources(flow_search *s)
 {
     uint32_t kept = 0;
     for (uint32_t i = 0; i < s->source_count; i++) {
@@ -70,7 +70,7 @@ static uint32_t queue_sources(search *s)
 }
 
 /* The first lacking node that is found, with its way back in the parents; QW_NONE when there is none to be reached. */
-static uint32_t find_lacking(search *s)
+static uint32_t find_lacking(flow_search *s)
 {
     qw_residual *g = &s->g;
     s->now++;
@@ -103,7 +103,7 @@ qw_flow_result qw_flow_edmonds_karp(qw_env *env, const qw_flow_problem *problem,
 {
     assert(problem->supply && flow);
     qw_scope_begin(env);
-    search s = search_create(env, problem, flow);
+    flow_search s = search_create(env, problem, flow);
     int64_t augmentations = 0;
     for (uint32_t sink; (sink = find_lacking(&s)) != QW_NONE; augmentations++) augment(&s.g, sink);
     qw_flow_result result = qw_residual_finish(&s.g, problem, flow, augmentations);
@@ -114,7 +114,7 @@ qw_flow_result qw_flow_edmonds_karp(qw_env *env, const qw_flow_problem *problem,
 bool qw_flow_is_maximum(qw_env *env, const qw_flow_problem *problem, const int32_t *flow)
 {
     qw_scope_begin(env);
-    search s = search_create(env, problem, flow);
+    flow_search s = search_create(env, problem, flow);
     bool maximum = find_lacking(&s) == QW_NONE;
     qw_scope_end(env);
     return maximum;

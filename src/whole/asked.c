@@ -7,6 +7,7 @@
 /* The most faces that can be asked for, as in options.def. */
 static const double MOST_FACES = 2e7;
 
+/* The faces that one of the options asks for; a quarter of the triangles, 100 to 20,000, by default. */
 static double faces_asked(const qw_run_state *run, const qw_options *o)
 {
     double triangles = (double)run->whole.clean.counts.triangles;

@@ -38,6 +38,7 @@ typedef struct collaring {
 
 static qw_vec3 outer_point(const collaring *c, uint32_t i) { return c->outer.position[i]; }
 
+/* A tree of segments for each boundary loop of the surface. */
 static const qw_curve_tree **trees_of_loops(const collaring *c)
 {
     assert(c->outer.begin && c->inner.begin);
@@ -82,8 +83,10 @@ static bool is_of_one(const collaring *c, uint32_t i, uint32_t l)
     return !of_quads || !of_rims || of_quads[c->quads.corner[c->inner.half[c->inner.begin[i]]]] == of_rims[l];
 }
 
+/* Finds for each rim of the quads the loop of the surface that it lies along, each once. */
 static void match_loops(collaring *c, const qw_curve_tree *const *tree)
 {
+    assert(c->outer.count > 0 || c->inner.count == 0);
     qw_env *env = c->env;
     static const char OTHERS[] = "the quads have %u rims, and the surface has %u, so none could be kept";
     if (c->inner.count != c->outer.count) qw_fail(env, QW_INTERNAL, -1, OTHERS, c->inner.count, c->outer.count);
@@ -172,6 +175,7 @@ static bool meets_feature(const qw_quadmesh *q, uint32_t out)
     }
 }
 
+/* Where a vertex of the rim goes to make room for the collar: towards its inner neighbours. */
 static qw_vec3 moved_inward(const qw_quadmesh *q, uint32_t out, const uint8_t *on_rim)
 {
     assert(out < 4 * q->face_count && on_rim);
@@ -382,8 +386,10 @@ static void begin_builder(collaring *c)
     }
 }
 
+/* Fills the gap between each rim and its loop with quads. */
 static void fill_loops(collaring *c, const qw_curve_tree *const *tree)
 {
+    assert(c->inner.count == c->outer.count);
     uint8_t *station = QW_NEW_ZERO(c->env, uint8_t, c->inner.begin[c->inner.count]);
     move_rims_inward(c, station);
     begin_builder(c);

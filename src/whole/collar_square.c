@@ -60,6 +60,7 @@ static double badness(const squaring *s, const uint32_t *corner, qw_vec3 up)
    `reach`, or else the nearest. */
 static qw_spot on_surface(const squaring *s, uint32_t v, qw_vec3 p, qw_vec3 up, float reach)
 {
+    assert(v < s->q->vertex_count);
     uint32_t part = s->q->component[v], hint = s->hint[v];
     qw_hit hit = qw_bvh_nearest_of(s->tree, part, p, up, QW_SAME_SHEET, reach, hint);
     if (hit.face == QW_NONE) hit = qw_bvh_nearest_of(s->tree, part, p, qw_v3(0, 0, 0), -1, INFINITY, hint);
@@ -78,6 +79,7 @@ static qw_vec3 normal_around(const squaring *s, uint32_t v)
     return qw_normalize(sum);
 }
 
+/* The mean of the neighbours of v. *shortest: receives the shortest edge to one. */
 static qw_vec3 mean_neighbour(const squaring *s, uint32_t v, float *shortest)
 {
     assert(v < s->q->vertex_count);
@@ -141,7 +143,7 @@ static void square(qw_env *env, squaring *s, const uint8_t *mobility, const uint
     bool any = true;
     for (int sweep = 0; sweep < SWEEPS && any; sweep++) {
         any = qw_search_all(&search, list, count);
-        qw_break_silence(env);
+        qw_heartbeat(env);
     }
     qw_free(env, awake), qw_free(env, list);
 }

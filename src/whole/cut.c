@@ -24,5 +24,5 @@ qw_vec3 qw_in_whole(const qw_run_state *run, qw_vec3 point)
     if (!run->mirror.is_used) return point;
     qw_leave_own_frame(&run->clean.own, point, p);
     for (int k = 0; k < 3; k++) p[k] = (p[k] / from->scale + from->center[k] - to->center[k]) * to->scale;
-    return qw_v3((float)p[0], (float)p[1], (float)p[2]);
+    return qw_v3_of_doubles(p);
 }

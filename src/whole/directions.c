@@ -12,27 +12,27 @@ static bool is_asked(const qw_run_state *run)
     return run->steering.field != NULL || qw_has_guides(run, QW_GUIDE_DIRECTION);
 }
 
-qw_vec3 *qw_find_wishes(const qw_run_state *run)
+qw_vec3 *qw_directions_asked(const qw_run_state *run)
 {
     qw_env *env = run->env;
     const qw_steering *s = &run->steering;
     const qw_trimesh *mesh = &run->working.mesh;
     if (!is_asked(run)) return NULL;
-    qw_vec3 *wish = NULL;
+    qw_vec3 *asked = NULL;
     qw_scope_begin(env);
     if (s->field) {
         const qw_whole *w = &run->whole; /* whose frame has the same axes */
         qw_source source = qw_source_build(env, w->input, &w->clean, w->census.component);
         qw_vec3 *position = QW_NEW(env, qw_vec3, mesh->vertex_count);
         for (uint32_t v = 0; v < mesh->vertex_count; v++) position[v] = qw_in_whole(run, mesh->position[v]);
-        wish = qw_crosses_at_points(env, &source, s->field_domain, s->field, position, run->normal, mesh->vertex_count,
-                                    (float)(run->rho * qw_whole_scale(run)));
+        asked = qw_crosses_at_points(env, &source, s->field_domain, s->field, position, run->normal, mesh->vertex_count,
+                                     (float)(run->rho * qw_whole_scale(run)));
     }
-    if (!wish) wish = QW_NEW_ZERO(env, qw_vec3, mesh->vertex_count);
-    qw_keep(env, wish);
+    if (!asked) asked = QW_NEW_ZERO(env, qw_vec3, mesh->vertex_count);
+    qw_keep(env, asked);
     qw_scope_end(env);
-    qw_add_guide_wishes(run, wish);
-    return wish;
+    qw_add_guide_directions(run, asked);
+    return asked;
 }
 
 double qw_lines_followed(const qw_run_state *run)

@@ -6,7 +6,7 @@
 
 /* Tangents to run->normal, as long as they count, 0 to 1: qw_vec3[working vertices] in the current scope; NULL where
    the caller asks for nothing. Needs what WORKING leaves. */
-qw_vec3 *qw_find_wishes(const qw_run_state *run);
+qw_vec3 *qw_directions_asked(const qw_run_state *run);
 
 /* report->field_angle of the quads, which are in the frame of the whole. */
 void qw_report_field_angle(qw_run_state *run, const qw_quadmesh *quads);

@@ -5,6 +5,7 @@
 #include "geometry/engrave.h"
 #include "whole/sizes.h"
 
+#include <assert.h>
 #include <math.h>
 
 /* How far from the surface a point of a guide may lie, in edges of the quads that the surface is fine enough for: those
@@ -32,7 +33,7 @@ static qw_vec3 in_frame(const qw_run_state *run, const double *p)
     const qw_frame *f = &run->clean.frame;
     double q[3];
     for (int k = 0; k < 3; k++) q[k] = fmin(fmax((p[k] - f->center[k]) * f->scale, -FARTHEST), FARTHEST);
-    return qw_v3((float)q[0], (float)q[1], (float)q[2]);
+    return qw_v3_of_doubles(q);
 }
 
 /* All guides in the frame: qw_vec3[points]. */
@@ -47,8 +48,10 @@ static qw_vec3 *points_in_frame(const qw_run_state *run)
 
 /* ---- on the surface */
 
+/* Fails where a point of a guide is further than MOST_OFF edges off the surface. */
 static void require_near(const qw_run_state *run, const qw_bvh *bvh, const qw_vec3 *point, double edge)
 {
+    assert(edge > 0);
     const qw_steering *s = &run->steering;
     double worst = 0;
     uint32_t guide = 0, number = 0;
@@ -108,7 +111,7 @@ void qw_engrave_guides(qw_run_state *run)
 
 /* ---- directions */
 
-void qw_add_guide_wishes(const qw_run_state *run, qw_vec3 *wish)
+void qw_add_guide_directions(const qw_run_state *run, qw_vec3 *asked)
 {
     qw_env *env = run->env;
     const qw_steering *s = &run->steering;
@@ -129,7 +132,7 @@ void qw_add_guide_wishes(const qw_run_state *run, qw_vec3 *wish)
         qw_vec3 along = qw_normalize(qw_sub(to[hit.segment], from[hit.segment])),
                 flat = qw_reject(along, run->normal[v]);
         if (qw_length2(flat) < 0.5f) continue; /* it stands on the surface here: it is another sheet's */
-        wish[v] = qw_scale(qw_normalize(flat), fminf(2 * (1 - sqrtf(hit.distance2) / reach), 1));
+        asked[v] = qw_scale(qw_normalize(flat), fminf(2 * (1 - sqrtf(hit.distance2) / reach), 1));
     }
     qw_scope_end(env);
 }

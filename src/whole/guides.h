@@ -8,8 +8,8 @@
    where a guide is off the surface. */
 void qw_engrave_guides(qw_run_state *run);
 
-/* Adds to the wishes, qw_vec3[working vertices], what guides of direction ask for beside them. */
-void qw_add_guide_wishes(const qw_run_state *run, qw_vec3 *wish);
+/* Adds to the directions asked for, qw_vec3[working vertices], what guides of direction ask for beside them. */
+void qw_add_guide_directions(const qw_run_state *run, qw_vec3 *asked);
 
 /* Whether there are guides of a kind. */
 bool qw_has_guides(const qw_run_state *run, qw_guide_kind kind);

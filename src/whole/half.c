@@ -29,6 +29,7 @@ static double length_of(const double *position, uint32_t a, uint32_t b)
     return fmax(fabs(p[0] - q[0]), fmax(fabs(p[1] - q[1]), fabs(p[2] - q[2])));
 }
 
+/* The height of each vertex above the plane; 0 for those that the plane nearly meets. */
 static void find_heights(cut *c)
 {
     const qw_trimesh *m = c->mesh;
@@ -50,6 +51,7 @@ static void find_heights(cut *c)
    qw_trimesh_outgoing. */
 static uint32_t count_runs(const cut *c, uint32_t first)
 {
+    assert(first < 3 * c->mesh->face_count);
     const qw_trimesh *m = c->mesh;
     uint32_t runs = 0, h = first;
     bool was_up = false, first_is_up = false, any = false, closed = false;
@@ -99,7 +101,7 @@ static void lift_contacts(cut *c)
             if (contact[v] && (c->height[v] == 0 || c->height[v] > SNAPPED * length))
                 c->height[v] = SNAPPED * length, any = true;
         }
-        qw_break_silence(c->env);
+        qw_heartbeat(c->env);
     }
     qw_free(c->env, outgoing), qw_free(c->env, contact);
 }
@@ -109,6 +111,7 @@ static bool is_single(const cut *c, uint32_t v) { return c->single && c->single[
 /* Twice the area of the triangle, and that of its part above the plane. */
 static double area_of(const cut *c, uint32_t f, double *above)
 {
+    assert(f < c->mesh->face_count);
     const uint32_t *corner = c->mesh->corner + 3 * (size_t)f;
     double area = (double)qw_length(qw_face_cross(c->mesh, f)), h[3];
     int up = 0;
@@ -181,6 +184,7 @@ static void add_face(cut *c, uint32_t source, uint32_t x, uint32_t y, uint32_t z
 /* The part of the triangle above the plane: nothing, all of it, a triangle or a quad. */
 static void take_face(cut *c, uint32_t f)
 {
+    assert(f < c->mesh->face_count);
     const uint32_t *corner = c->mesh->corner + 3 * (size_t)f;
     uint32_t polygon[4], count = 0, up = 0, down = 0;
     for (uint32_t i = 0; i < 3; i++) up += c->height[corner[i]] > 0, down += c->height[corner[i]] < 0;
@@ -196,6 +200,7 @@ static void take_face(cut *c, uint32_t f)
     if (count == 4) add_face(c, f, polygon[0], polygon[2], polygon[3]);
 }
 
+/* Takes over the marked edges of the half, cut where they cross the plane. */
 static void take_marks(cut *c)
 {
     const qw_trimesh *m = c->mesh;
@@ -317,6 +322,7 @@ static uint32_t reflected_half(const reflections *r, uint32_t h)
     return 4 * r->face[h / 4] + (3 - (h & 3u));
 }
 
+/* The twins of the half's quads and of their reflections. edge: uint8_t[half-edges], 1 where the two are joined. */
 static void link_halves(const reflections *r, const uint8_t *edge, uint32_t *twin)
 {
     assert(edge && r->half->twin);

@@ -21,6 +21,7 @@ static bool is_cut_at(const qw_trimesh *m, const uint8_t *on_plane, uint32_t h)
    the plane; h itself if none does. */
 static uint32_t begin_of_arc(const qw_trimesh *m, const uint8_t *on_plane, uint32_t h)
 {
+    assert(h < 3 * m->face_count);
     uint32_t begin = h;
     bool is_cut = is_cut_at(m, on_plane, h), was = is_cut;
     for (uint32_t i = next_of_triangles(m, h); i != h; i = next_of_triangles(m, i)) {

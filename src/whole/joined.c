@@ -2,6 +2,7 @@
 
 #include "whole/kept_rims.h"
 
+#include <assert.h>
 #include <string.h>
 
 /* Where each element of the joined mesh comes from. */
@@ -21,6 +22,7 @@ static uint32_t *all_none(qw_env *env, uint32_t count)
     return a;
 }
 
+/* For each element of the joined mesh the one of the quads or of the input that it was. */
 static sources find_sources(const qw_run_state *run)
 {
     const qw_joined *j = &run->joined;
@@ -94,6 +96,7 @@ typedef struct element {
     uint32_t of_quads, of_input;
 } element;
 
+/* Where element e of the joined mesh comes from: one of the quads, or one of the input. */
 static element element_of(const qw_run_state *run, const sources *s, qw_domain domain, qw_domain in_input, uint32_t e)
 {
     if (domain == QW_PER_VERTEX)
@@ -125,8 +128,10 @@ static void take_weights(const qw_attribute *in, uint32_t e, uint32_t wanted, fl
     for (uint32_t k = 0; k < wanted && sum > 0; k++) value[k] = (float)((double)value[k] / sum);
 }
 
+/* One attribute of the joined mesh, out of that of the quads and that of the input. */
 static void join_one(const qw_run_state *run, const sources *s, const qw_attribute *in, qw_attribute *a)
 {
+    assert(a->components > 0);
     const qw_joined *j = &run->joined;
     uint32_t n = a->components, count = a->domain == QW_PER_VERTEX   ? j->vertex_count
                                         : a->domain == QW_PER_CORNER ? j->corner_count

@@ -13,6 +13,7 @@
 #include "remesh/relax/flip_repair.h"
 #include "whole/written.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -151,7 +152,7 @@ void qw_clean_inside(qw_run_state *run)
     while (!is_recut(run) &&
            leave_out_odd(run) > 0) { /* which may leave several components of one; each time there are fewer faces */
         clean_once(run);
-        qw_break_silence(run->env);
+        qw_heartbeat(run->env);
     }
     run->report->kept_faces = 0;
     for (uint32_t f = 0; run->whole.left_out && f < run->whole.input->face_count; f++)
@@ -517,8 +518,10 @@ static void number_left_out(qw_run_state *run, numbering *n)
     }
 }
 
+/* Fills the joined mesh: the quads first, then the polygons of the input outside of them. */
 static void fill_joined(qw_run_state *run, const numbering *n, const uint32_t *number)
 {
+    assert(run->joined.face_count == run->finished.face_count + n->outside.face_count);
     const qw_quadmesh *q = &run->finished;
     const qw_outside *o = &n->outside;
     qw_joined *j = &run->joined;

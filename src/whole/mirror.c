@@ -39,6 +39,7 @@ static bool is_auto(const qw_run_state *run) { return run->options.symmetry == Q
 
 static bool is_one_sided(const qw_run_state *run) { return run->whole.clean.counts.one_sided_seam_edges > 0; }
 
+/* The planes of symmetry to be tried: the one that was given, or those that are found. Returns how many. */
 static uint32_t find_planes(const qw_run_state *run, qw_mirror_search found[QW_MOST_PLANES])
 {
     const qw_options *o = &run->options;
@@ -90,6 +91,7 @@ static bool is_off(const twins *t, uint32_t c)
     return t->low[c] > near || t->high[c] < -near;
 }
 
+/* How far each component reaches to both sides of the plane, and how large it is. */
 static void measure_components(twins *t)
 {
     const qw_trimesh *m = &t->run->whole.clean.mesh;
@@ -144,7 +146,7 @@ static void count_found(twins *t)
     for (uint32_t h = 0; h < 3 * off.face_count; h++) {
         uint32_t c = component[face[h / 3]];
         double p[3];
-        qw_break_silence(t->run->env);
+        qw_heartbeat(t->run->env);
         qw_reflect(t->plane, t->position + 3 * (size_t)off.corner[h], p);
         float reach = (float)fmin(NEARLY, TWIN * t->extent[c]);
         qw_hit hit = qw_bvh_nearest(tree, in_frame(&t->run->whole.clean.frame, p), qw_v3(0, 0, 0), -1, reach, QW_NONE);
@@ -199,6 +201,7 @@ typedef struct side {
     uint8_t *single_vertex;
 } side;
 
+/* Cuts the clean surface at the plane, with marks; components without a twin on the other side stay whole. */
 static side cut_surface(qw_run_state *run, const qw_mirror_plane *plane)
 {
     qw_env *env = run->env;
@@ -218,6 +221,7 @@ static side cut_surface(qw_run_state *run, const qw_mirror_plane *plane)
     return s;
 }
 
+/* The painted density at the vertices of one side; NULL: none was painted. */
 static qw_density *density_of(const qw_run_state *run, const qw_half *half)
 {
     if (!run->whole.input->density) return NULL;
@@ -231,6 +235,7 @@ static qw_density *density_of(const qw_run_state *run, const qw_half *half)
     return density;
 }
 
+/* One side of the plane as an input of its own. */
 static qw_clean_input input_of(const qw_run_state *run, const qw_half *half)
 {
     uint32_t *begin = QW_NEW(run->env, uint32_t, (size_t)half->face_count + 1);
@@ -301,8 +306,10 @@ static void reflect_guide(folding *f, uint32_t begin, uint32_t end)
     }
 }
 
+/* Cuts a guide at the plane and keeps the stretches above it; one that lies wholly below is reflected. */
 static void fold_guide(folding *f, uint32_t guide)
 {
+    assert(guide < f->from->guide_count);
     uint32_t begin = f->from->guide_begin[guide], end = f->from->guide_begin[guide + 1];
     bool is_beyond = true;
     for (uint32_t i = begin; i < end; i++) is_beyond &= height_of(f, i) <= 0;
@@ -355,6 +362,7 @@ static uint8_t *single_of_core(const qw_run_state *run, const side *s)
     return single;
 }
 
+/* Makes one side of the plane the core: surface, counts, steering, and what both sides together are to be. */
 static void take_side(qw_run_state *run, const side *s, const qw_mirror_search *found, uint32_t number)
 {
     qw_env *env = run->env;

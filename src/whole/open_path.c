@@ -8,7 +8,7 @@
 /* How far the two sides of a path are drawn apart, as a share of the way to the vertices beside it. */
 static const float APART = 0.25f;
 
-typedef struct search {
+typedef struct path_search {
     qw_env *env;
     qw_quadmesh *m;
     uint8_t *odd, *used;    /* uint8_t[loops]: still to be changed; already on the way of the current one */
@@ -17,7 +17,7 @@ typedef struct search {
     uint32_t *out;          /* as of qw_quadmesh_outgoing */
     uint32_t *from, *queue; /* uint32_t[vertex_count]: the half-edge by which a vertex was reached; to be visited */
     uint32_t count;         /* in the queue */
-} search;
+} path_search;
 
 static uint32_t *loops_of_vertices(qw_env *env, const qw_quadmesh *m, uint32_t *loops)
 {
@@ -31,18 +31,18 @@ static uint32_t *loops_of_vertices(qw_env *env, const qw_quadmesh *m, uint32_t *
 }
 
 /* The loops that a path may end on, the best first; and whether it may run along sharp edges. */
-typedef struct wish {
+typedef struct end_kind {
     bool odd, features;
-} wish;
+} end_kind;
 
-static bool is_end(const search *s, uint32_t v, uint32_t from, const wish *w)
+static bool is_end(const path_search *s, uint32_t v, uint32_t from, const end_kind *w)
 {
     uint32_t l = s->loop[v];
     return l != QW_NONE && l != from && (w->odd ? s->odd[l] : !s->used[l] && s->leads[l]);
 }
 
 /* The vertex at the other end of a shortest path of inner edges from loop `from`, or QW_NONE. */
-static uint32_t find_path(search *s, uint32_t from, const wish *w)
+static uint32_t find_path(path_search *s, uint32_t from, const end_kind *w)
 {
     assert(s->loop && s->from && s->queue && w);
     const qw_quadmesh *m = s->m;
@@ -113,7 +113,9 @@ static void add_row(qw_quadmesh *m, const uint32_t *step, uint32_t steps, const 
     }
 }
 
-static void draw_apart(search *s, uint32_t end)
+/* Doubles the vertices along the path that ends at `end`, draws its two sides apart, and fills the gap with a row
+ * of quads. */
+static void draw_apart(path_search *s, uint32_t end)
 {
     assert(end < s->m->vertex_count);
     qw_env *env = s->env;
@@ -143,7 +145,7 @@ static void draw_apart(search *s, uint32_t end)
 /* ---- all loops */
 
 /* Puts the vertices of the loop that v is on into the queue. */
-static void enter_loop(search *s, uint32_t v)
+static void enter_loop(path_search *s, uint32_t v)
 {
     const qw_quadmesh *m = s->m;
     s->leads[s->loop[v]] = 1;
@@ -154,7 +156,7 @@ static void enter_loop(search *s, uint32_t v)
 }
 
 /* Sets s->leads: a way that stops at a loop whose neighbours are all used would have to turn back. */
-static void find_leading(search *s, uint32_t from, uint32_t loops)
+static void find_leading(path_search *s, uint32_t from, uint32_t loops)
 {
     const qw_quadmesh *m = s->m;
     memset(s->leads, 0, loops);
@@ -175,17 +177,17 @@ static void find_leading(search *s, uint32_t from, uint32_t loops)
 }
 
 /* Adds a row from an odd loop to another. */
-static void add_one_row(search *s, uint32_t from, uint32_t loops)
+static void add_one_row(path_search *s, uint32_t from, uint32_t loops)
 {
-    static const wish wishes[] = {{true, false}, {true, true}, {false, false}, {false, true}};
+    static const end_kind kinds[] = {{true, false}, {true, true}, {false, false}, {false, true}};
     const qw_quadmesh *m = s->m;
     s->out = qw_quadmesh_outgoing(s->env, m);
     s->from = QW_NEW(s->env, uint32_t, m->vertex_count), s->queue = QW_NEW(s->env, uint32_t, m->vertex_count);
     uint32_t end = QW_NONE;
     s->used[from] = 1;
-    for (size_t i = 0; i < sizeof wishes / sizeof *wishes && end == QW_NONE; i++) {
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds && end == QW_NONE; i++) {
         if (i == 2) find_leading(s, from, loops);
-        end = find_path(s, from, &wishes[i]);
+        end = find_path(s, from, &kinds[i]);
     }
     if (end == QW_NONE)
         qw_fail(s->env, QW_INTERNAL, -1, "a rim has an odd number of edges, and no other rim can be reached from it");
@@ -198,7 +200,7 @@ static void add_one_row(search *s, uint32_t from, uint32_t loops)
 void qw_add_rows_between(qw_env *env, qw_quadmesh *quads, uint8_t *odd)
 {
     assert(quads->twin && quads->mark && odd);
-    search s = {.env = env, .m = quads, .odd = odd};
+    path_search s = {.env = env, .m = quads, .odd = odd};
     uint32_t loops;
     s.loop = loops_of_vertices(env, quads, &loops);
     s.used = QW_NEW_ZERO(env, uint8_t, loops), s.leads = QW_NEW(env, uint8_t, loops);

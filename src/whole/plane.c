@@ -79,7 +79,7 @@ void qw_reflect(const qw_mirror_plane *plane, const double p[3], double q[3])
 
 /* ---- samples */
 
-typedef struct search {
+typedef struct plane_search {
     qw_env *env;
     const qw_trimesh *mesh;
     const qw_bvh *bvh;
@@ -90,9 +90,10 @@ typedef struct search {
     double (*near)[3];  /* the point of the surface nearest to each reflection */
     uint8_t *is_near;   /* uint8_t[JUDGED]: there is one within REACH */
     float *distance;    /* float[JUDGED], of the two; REACH where there is none */
-} search;
+} plane_search;
 
-static void place_samples(search *s)
+/* Samples spread evenly over the area. */
+static void place_samples(plane_search *s)
 {
     assert(s->mesh->face_count > 0 && s->area_end);
     const qw_trimesh *m = s->mesh;
@@ -111,8 +112,10 @@ static void place_samples(search *s)
     }
 }
 
-static void measure_area(search *s)
+/* Area, centre and diagonal of the surface. */
+static void measure_area(plane_search *s)
 {
+    assert(s->mesh->face_count > 0);
     const qw_trimesh *m = s->mesh;
     double sum = 0;
     qw_vec3 lo = {FLT_MAX, FLT_MAX, FLT_MAX}, hi = {-FLT_MAX, -FLT_MAX, -FLT_MAX};
@@ -132,16 +135,17 @@ static void measure_area(search *s)
 }
 
 typedef struct reflect_task {
-    search *s;
+    plane_search *s;
     const qw_mirror_plane *plane;
     uint32_t step;
 } reflect_task;
 
+/* Reflects samples at the plane and looks for the surface near them. */
 static void reflect_samples(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     const reflect_task *t = user;
-    search *s = t->s;
+    plane_search *s = t->s;
     uint32_t hint = QW_NONE;
     float reach = (float)(REACH * s->diagonal);
     for (uint32_t i = begin; i < end; i++) {
@@ -156,7 +160,7 @@ static void reflect_samples(void *user, uint32_t block, uint32_t begin, uint32_t
     }
 }
 
-static double reflect_all(search *s, const qw_mirror_plane *plane, uint32_t count)
+static double reflect_all(plane_search *s, const qw_mirror_plane *plane, uint32_t count)
 {
     reflect_task task = {s, plane, JUDGED / count};
     double sum = 0;
@@ -168,7 +172,7 @@ static double reflect_all(search *s, const qw_mirror_plane *plane, uint32_t coun
 /* ---- rounds */
 
 /* The plane that suits the samples and their nearest points best, its normal free or kept. */
-static qw_mirror_plane next_plane(const search *s, const qw_mirror_plane *plane, bool is_free)
+static qw_mirror_plane next_plane(const plane_search *s, const qw_mirror_plane *plane, bool is_free)
 {
     enum { STEP = JUDGED / SAMPLES };
     double middle[2][3] = {{0}}, m[3][3] = {{0}}, axis[3][3], normal[3], count = 0;
@@ -196,7 +200,7 @@ static qw_mirror_plane next_plane(const search *s, const qw_mirror_plane *plane,
 }
 
 /* Improves a plane by rounds. Returns the best plane on the way; its gap is measured on SAMPLES samples. */
-static qw_mirror_search improve(search *s, qw_mirror_plane plane, bool is_free)
+static qw_mirror_search improve(plane_search *s, qw_mirror_plane plane, bool is_free)
 {
     assert(s->bvh && s->distance);
     qw_mirror_search best = {plane, DBL_MAX, DBL_MAX, DBL_MAX};
@@ -210,7 +214,7 @@ static qw_mirror_search improve(search *s, qw_mirror_plane plane, bool is_free)
     return best;
 }
 
-static qw_mirror_plane through_centre(const search *s, const double normal[3])
+static qw_mirror_plane through_centre(const plane_search *s, const double normal[3])
 {
     double offset = 0;
     for (int k = 0; k < 3; k++) offset += normal[k] * s->centre[k];
@@ -219,7 +223,8 @@ static qw_mirror_plane through_centre(const search *s, const double normal[3])
 
 static bool is_as_good(double gap, double best) { return gap <= AS_GOOD * best + AS_GOOD_GAP; }
 
-static double cut_length(const search *s, const qw_mirror_plane *plane)
+/* How long the line is along which the plane cuts the surface. */
+static double cut_length(const plane_search *s, const qw_mirror_plane *plane)
 {
     double sum = 0;
     for (uint32_t f = 0; f < s->mesh->face_count; f++) {
@@ -245,7 +250,7 @@ static double cut_length(const search *s, const qw_mirror_plane *plane)
 }
 
 /* Whether the surface lies in the plane. */
-static bool lies_in(const search *s, const qw_mirror_plane *plane)
+static bool lies_in(const plane_search *s, const qw_mirror_plane *plane)
 {
     double sum = 0;
     for (uint32_t i = 0; i < JUDGED; i++) sum += fabs(qw_plane_height(plane, s->point[i]));
@@ -254,7 +259,7 @@ static bool lies_in(const search *s, const qw_mirror_plane *plane)
 
 /* Keeps the planes that are as good as the best, those with shorter cuts first. A plane in which the surface lies is
    kept only if there is no other. */
-static uint32_t keep_good(const search *s, qw_mirror_search *of, uint32_t count)
+static uint32_t keep_good(const plane_search *s, qw_mirror_search *of, uint32_t count)
 {
     double best = DBL_MAX, length[BEGINNINGS];
     bool is_flat[BEGINNINGS], are_flat = true;
@@ -274,7 +279,7 @@ static uint32_t keep_good(const search *s, qw_mirror_search *of, uint32_t count)
     return kept;
 }
 
-static uint32_t along_axes(search *s, int axis, qw_mirror_search *found)
+static uint32_t along_axes(plane_search *s, int axis, qw_mirror_search *found)
 {
     uint32_t count = 0;
     for (int k = 0; k < 3; k++) {
@@ -285,7 +290,7 @@ static uint32_t along_axes(search *s, int axis, qw_mirror_search *found)
 }
 
 /* Finds planes of any direction whose gap is smaller than the given one. */
-static uint32_t along_any(search *s, double gap, qw_mirror_search *found)
+static uint32_t along_any(plane_search *s, double gap, qw_mirror_search *found)
 {
     double m[3][3] = {{0}}, axis[3][3];
     uint32_t count = 0;
@@ -307,7 +312,7 @@ static uint32_t along_any(search *s, double gap, qw_mirror_search *found)
 }
 
 /* Converts the plane to the coordinates of the input, and moves it through their origin if that is as good. */
-static qw_mirror_plane in_input(search *s, const qw_frame *frame, const qw_mirror_search *found)
+static qw_mirror_plane in_input(plane_search *s, const qw_frame *frame, const qw_mirror_search *found)
 {
     double to_origin = 0, offset = found->plane.offset / frame->scale;
     for (int k = 0; k < 3; k++) to_origin -= found->plane.normal[k] * frame->center[k];
@@ -318,7 +323,7 @@ static qw_mirror_plane in_input(search *s, const qw_frame *frame, const qw_mirro
 }
 
 /* Measures the plane, in the precision in which it will be used, on all JUDGED samples. */
-static qw_mirror_search judge(search *s, const qw_frame *frame, const qw_mirror_search *found)
+static qw_mirror_search judge(plane_search *s, const qw_frame *frame, const qw_mirror_search *found)
 {
     qw_mirror_search result = {.plane = in_input(s, frame, found)};
     qw_mirror_plane judged = result.plane;
@@ -336,7 +341,7 @@ uint32_t qw_find_mirror_planes(qw_env *env, const qw_trimesh *mesh, const qw_fra
     assert(mesh->face_count > 0 && axis >= 0 && axis <= QW_NO_AXIS);
     qw_mirror_search good[BEGINNINGS], other[BEGINNINGS];
     qw_scope_begin(env);
-    search s = {.env = env, .mesh = mesh, .bvh = qw_bvh_build(env, mesh)};
+    plane_search s = {.env = env, .mesh = mesh, .bvh = qw_bvh_build(env, mesh)};
     s.area_end = QW_NEW(env, double, mesh->face_count);
     s.point = qw_alloc(env, JUDGED, sizeof *s.point), s.near = qw_alloc(env, JUDGED, sizeof *s.near);
     s.is_near = QW_NEW(env, uint8_t, JUDGED), s.distance = QW_NEW(env, float, JUDGED);

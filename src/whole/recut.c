@@ -9,7 +9,7 @@
 #include <string.h>
 
 /* Attempts; in the last all arcs keep their vertices whose polygons were not sound. */
-enum { ATTEMPTS = 6, LEAST_LOOP = 4 };
+enum { CUTS = 6, LEAST_LOOP = 4 };
 /* In new edges, on either side of a vertex, a corner turns as it does at the vertex. */
 static const double CORNER_SPAN = 0.7;
 /* A new vertex this near to an old one, in spacings, is that. */
@@ -41,7 +41,7 @@ typedef struct cutting {
     uint32_t *arc_of;           /* uint32_t[rim vertices]: the arc that this edge is of */
     arc *arcs;
     uint32_t arc_count;
-    /* of an attempt */
+    /* of a cut */
     uint32_t *to; /* uint32_t[rim vertices]: the vertex in cut.vertex that each becomes */
     qw_recut cut;
     size_t vertex_room, along_room, made_room, corner_room, origin_room, begin_room, source_room;
@@ -82,6 +82,8 @@ static uint32_t rim_edge(const cutting *c, uint32_t from, uint32_t to)
     return i;
 }
 
+/* Where each vertex of the input is on the old rims, and which rim edges are shared by two polygons that are left
+ * out. */
 static void index_rims(cutting *c)
 {
     uint32_t all = c->old->begin[c->old->count];
@@ -273,6 +275,7 @@ static void space_out(cutting *c, const arc *a)
     }
 }
 
+/* The vertices of the new rims, arc by arc: those of the input where an arc keeps them, else spaced out evenly. */
 static void make_vertices(cutting *c)
 {
     c->vertex_count = 0, c->cut.made_count = 0;
@@ -345,8 +348,10 @@ static uint32_t cut_corners(cutting *c, uint32_t f, parting *p)
     return c->corner_count - first;
 }
 
+/* The area vector of a polygon, and its longest edge. */
 static void normal_of(const cutting *c, const uint32_t *corner, uint32_t n, double normal[3], double *longest)
 {
+    assert(n >= 3);
     const double *o = position_of(c, corner[0]);
     memset(normal, 0, 3 * sizeof *normal), *longest = 0;
     for (uint32_t k = 0; k < n; k++) {
@@ -402,8 +407,10 @@ static void blame(cutting *c, uint32_t f)
         }
 }
 
+/* Cuts polygon f, which lies beside a rim, to the new one; blames the arcs where that leaves it unsound. */
 static void cut_polygon(cutting *c, uint32_t f)
 {
+    assert(f < c->input->face_count);
     const qw_clean_input *in = c->input;
     uint32_t begin = in->face_begin[f], size = in->face_begin[f + 1] - begin, first = c->corner_count;
     double before[3], longest;
@@ -499,12 +506,12 @@ qw_recut qw_recut_rims(qw_env *env, const qw_clean_input *input, const uint8_t *
     c.cut.face_begin[0] = 0;
     for (uint32_t l = 0; l < rims->count; l++) part_loop(&c, l);
     lengthen_loops(&c);
-    for (int attempt = 1; !cut_once(&c) && attempt <= ATTEMPTS; attempt++)
+    for (int cut = 1; !cut_once(&c) && cut <= CUTS; cut++)
         for (uint32_t i = 0; i < c.arc_count; i++) {
             arc *a = &c.arcs[i];
             if (!a->bad) continue;
             a->wanted *= 2;
-            a->keeps |= a->wanted >= a->edges || attempt + 1 == ATTEMPTS;
+            a->keeps |= a->wanted >= a->edges || cut + 1 == CUTS;
         }
     return c.cut;
 }

@@ -8,6 +8,7 @@
 #include "whole/half.h"
 #include "whole/half_rim.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -50,6 +51,7 @@ static bool mark_narrow(qw_env *env, qw_quadmesh *quads, const qw_rim *rim, uint
     return any;
 }
 
+/* A copy of the quads in arrays of its own. */
 static qw_quadmesh copy_of(qw_env *env, const qw_quadmesh *q)
 {
     qw_quadmesh copy = {.vertex_count = q->vertex_count, .face_count = q->face_count};
@@ -162,6 +164,7 @@ double qw_surplus_of_core(const qw_run_state *run, const qw_quadmesh *quads)
    its vertices stay. first: index of the first reflected vertex; those before it belong to the core. */
 static void follow_own_side(const qw_run_state *run, qw_quadmesh *quads, double *position, uint32_t first, float reach)
 {
+    assert(first <= quads->vertex_count);
     qw_env *env = run->env;
     const qw_frame *frame = &run->whole.clean.frame;
     qw_scope_begin(env);
@@ -169,7 +172,7 @@ static void follow_own_side(const qw_run_state *run, qw_quadmesh *quads, double 
     qw_vec3 *normal = qw_quadmesh_vertex_normals(env, quads), *before = QW_NEW(env, qw_vec3, quads->vertex_count);
     memcpy(before, quads->position, quads->vertex_count * sizeof *before);
     for (uint32_t v = first; v < quads->vertex_count; v++) {
-        qw_break_silence(env);
+        qw_heartbeat(env);
         qw_hit hit = qw_bvh_nearest(bvh, before[v], normal[v], QW_SAME_SHEET, reach, QW_NONE);
         if (hit.face != QW_NONE) quads->position[v] = hit.point;
     }

@@ -29,6 +29,7 @@ typedef struct remaking {
     uint32_t made_count;       /* components */
 } remaking;
 
+/* Counts quads of each component, and how many more or fewer the count still allows. */
 static void count_quads(remaking *m)
 {
     const qw_quadmesh *q = m->quads, *more = &m->run->core.small_quads;
@@ -56,7 +57,7 @@ static bool find_flipped(remaking *m)
     for (uint32_t f = 0; f < q->face_count; f++) {
         uint32_t c = q->component[q->corner[4 * f]];
         if (m->count[c] > MOST_QUADS) continue;
-        if (f % MOST_QUADS == 0) qw_break_silence(m->run->env);
+        if (f % MOST_QUADS == 0) qw_heartbeat(m->run->env);
         if (!judge.tree) judge.tree = qw_bvh_build(m->run->env, surface);
         qw_flip flip = qw_flip_of_quad(&judge, q->position, q->corner + 4 * (size_t)f);
         m->faults[c] += flip == QW_FLIPPED, m->doubts[c] += flip == QW_DOUBTFUL;
@@ -93,8 +94,10 @@ static void remake(remaking *m, uint32_t c)
     m->spare -= more, m->most_fewer += more, m->left[c] = 0, m->made[m->made_count++] = made;
 }
 
+/* Makes anew what may be, component by component. m->made[c] has no faces where nothing was. */
 static void remake_all(remaking *m)
 {
+    assert(m->parts.count > 0 || m->quads->face_count == 0);
     qw_env *env = m->run->env;
     const qw_quadmesh *q = m->quads;
     m->made = QW_NEW_ZERO(env, qw_quadmesh, m->parts.count);

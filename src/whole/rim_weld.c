@@ -19,6 +19,7 @@ static uint64_t key_of(const uint32_t *place, uint32_t a, uint32_t b)
     return (uint64_t)(place[a] < place[b] ? place[a] : place[b]) << 32;
 }
 
+/* All edges of the old rims, sorted by the places of their ends. */
 static rim_edges index_edges(qw_env *env, const uint32_t *place, const qw_old_rims *rims)
 {
     uint32_t all = rims->begin[rims->count];

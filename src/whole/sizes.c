@@ -20,31 +20,31 @@ bool qw_has_density(const qw_run_state *run) { return run->options.adaptive > 0 
 float *qw_wanted_size(const qw_run_state *run, double rho, float **base_target, qw_tip_list *tips)
 {
     qw_env *env = run->env;
-    qw_size_wish wish = {.surface = &run->surface,
-                         .census = &run->surface_census,
-                         .tree = run->tree,
-                         .rho = rho,
-                         .adaptive = run->options.adaptive,
-                         .painted = qw_painted_density(env, &run->input, &run->clean, &run->surface),
-                         .with_boundary = run->options.align_boundary != 0,
-                         .refinement = run->refinement,
-                         .refinements = run->plan.refinements};
-    float *size = qw_shared_sizes(env, &wish, tips);
+    qw_size_request request = {.surface = &run->surface,
+                               .census = &run->surface_census,
+                               .tree = run->tree,
+                               .rho = rho,
+                               .adaptive = run->options.adaptive,
+                               .painted = qw_painted_density(env, &run->input, &run->clean, &run->surface),
+                               .with_boundary = run->options.align_boundary != 0,
+                               .refinement = run->refinement,
+                               .refinements = run->plan.refinements};
+    float *size = qw_shared_sizes(env, &request, tips);
     if (qw_keeps_rims(run)) qw_fit_rims(run, size);
     *base_target = QW_NEW(env, float, run->surface.vertex_count);
     memcpy(*base_target, size, run->surface.vertex_count * sizeof *size);
-    qw_refine_sizes(env, &wish, size);
-    qw_free(env, (void *)wish.painted);
+    qw_refine_sizes(env, &request, size);
+    qw_free(env, (void *)request.painted);
     return size;
 }
 
-qw_resolution_wish qw_resolution_of(const qw_run_state *run)
+qw_resolution_request qw_resolution_of(const qw_run_state *run)
 {
-    return (qw_resolution_wish){.faces = qw_times_used(run) * run->faces_wanted,
-                                .feature_density = run->feature_density,
-                                .follow = run->options.follow,
-                                .smoothness = run->options.smoothness,
-                                .fast = run->options.fast};
+    return (qw_resolution_request){.faces = qw_times_used(run) * run->faces_wanted,
+                                   .feature_density = run->feature_density,
+                                   .follow = run->options.follow,
+                                   .smoothness = run->options.smoothness,
+                                   .fast = run->options.fast};
 }
 
 double qw_feature_density_of(const qw_run_state *run)

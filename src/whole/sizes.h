@@ -21,7 +21,7 @@ bool qw_has_density(const qw_run_state *run);
 float *qw_wanted_size(const qw_run_state *run, double rho, float **base_target, qw_tip_list *tips);
 
 /* How fine the working mesh of the run is to be. */
-qw_resolution_wish qw_resolution_of(const qw_run_state *run);
+qw_resolution_request qw_resolution_of(const qw_run_state *run);
 
 /* run->feature_density, from the surface and rho. */
 double qw_feature_density_of(const qw_run_state *run);

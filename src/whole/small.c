@@ -117,7 +117,7 @@ static qw_quadmesh make_chosen(qw_env *env, const qw_run_state *run, const doubl
     *count = 0;
     for (uint32_t c = 0; c < n; c++) {
         if (!chosen[c]) continue;
-        qw_break_silence(env);
+        qw_heartbeat(env);
         qw_flip worst;
         qw_scope_begin(env);
         qw_trimesh part = qw_take_part(env, &parts, c);

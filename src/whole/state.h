@@ -113,8 +113,8 @@ typedef struct qw_run_state {
     /* REGULAR */
     uint8_t *curve_outcome; /* curve_verdict, with those that the integers have not kept */
     /* 1: the decimated complex has more triangles than quads are wanted, or lines run together; 2: it has many times as
-       many (QW_OVERCROWDED) */
-    uint32_t is_crowded;
+       many (QW_MOST_DECIMATED) */
+    uint32_t lacks_room;
     uint32_t stiffening_changes_nothing; /* flag: stiffer triangles would be flattened to the same integers */
     int64_t irregular;                   /* triangles that break Eq. (3): the paper's flows may leave some */
     /* INVERSIONS */

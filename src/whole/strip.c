@@ -75,8 +75,10 @@ static void reach(opened *o, uint32_t k, uint32_t c, float cost, int move)
     if (cost < o->cost[i]) o->cost[i] = cost, o->move[i] = (int8_t)move;
 }
 
+/* Goes on by one more quad, or by a fan of several that makes a pair of irregular vertices, each at its cost. */
 static void go_on(opened *o, uint32_t k, uint32_t c, float cost)
 {
+    assert(cost >= 0);
     float skipped = 0;
     for (uint32_t n = 1; n <= MOST_EDGES; n += 2) {
         float pairs = (float)(n / 2), irregular = IRREGULAR * pairs * pairs;

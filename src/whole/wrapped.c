@@ -128,7 +128,7 @@ static void report(qw_run_state *run, const qw_wrapped *w)
     qw_report *r = run->report;
     r->wrap_distance = w->distance;
     r->wrap_off = w->stats.seen_off * w->unit / diagonal, r->wrap_farthest = w->stats.skin_off * w->unit / diagonal;
-    r->wrap_bridges = w->stats.bridges, r->wrap_shells = w->stats.shells, r->wrap_crumbs = w->crumbs;
+    r->wrap_bridges = w->stats.bridges, r->wrap_shells = w->stats.shells, r->wrap_crumbs = w->fragments;
     r->wrap_hidden = w->stats.hidden_area;
 }
 

@@ -114,6 +114,7 @@ static uint32_t first_flagged(const settling *s)
 /* The flaws of the quads around v, out[v] first; *longest: the longest side of any of them. */
 static uint32_t count_flaws(const settling *s, uint32_t first, double *longest)
 {
+    assert(first < 4 * s->quads->face_count);
     const qw_quadmesh *m = s->quads;
     uint32_t count = 0;
     double longest2 = 0;
@@ -135,6 +136,7 @@ static uint32_t count_flaws(const settling *s, uint32_t first, double *longest)
    fallen together, as on a tube that has become a line, is repaired one corner after another. */
 static void push_vertex(settling *s, uint32_t v, uint32_t first, double share)
 {
+    assert(v < s->quads->vertex_count && first < 4 * s->quads->face_count);
     double longest, *p = s->position + 3 * (size_t)v, unused, distance = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
     uint32_t least = count_flaws(s, first, &longest);
     double best[3] = {p[0], p[1], p[2]}, step = share * (longest > 0 ? longest : distance);

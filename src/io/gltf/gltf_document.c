@@ -139,7 +139,7 @@ static void decode_percents(char *text)
 
 /* Only what lies in the folder of the file or below it: a file that was sent to somebody reads nothing else of theirs.
  */
-static bool leads_astray(const char *path)
+static bool leaves_folder(const char *path)
 {
     if (path[0] == '/' || path[0] == '\\' || strchr(path, ':')) return true;
     for (const char *at = path; *at;) {
@@ -194,7 +194,7 @@ static char *path_of_uri(const qw_gltf_document *d, const char *uri, const char 
     memcpy(path + folder, uri, size);
     decode_percents(path + folder);
     *why = "it leads out of the folder of the file";
-    return leads_astray(path + folder) ? NULL : path;
+    return leaves_folder(path + folder) ? NULL : path;
 }
 
 static bool is_data(const char *uri) { return strncmp(uri, "data:", 5) == 0; }

@@ -379,7 +379,7 @@ static void take_triangles(const corners *c)
         if (!goes_on && i > 0) end_face(p);
         for (int k = goes_on ? 2 : 0; k < 3; k++) qw_build_corner(&p->s->build, take_vertex(p, v[k]));
         first = v[0], last = v[2];
-        if (i % 3072 == 0) qw_break_silence(p->s->d->env);
+        if (i % 3072 == 0) qw_heartbeat(p->s->d->env);
     }
     if (c->count >= 3) end_face(p);
 }

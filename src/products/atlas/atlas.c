@@ -55,15 +55,15 @@ static void sum_stretch(maker *k)
 
 static const double FILLED = 0.7; /* of the square, by charts that pack well */
 
-typedef struct trial {
+typedef struct judging {
     maker k;
     qw_pack_options pack;
     uint32_t *local;
-} trial;
+} judging;
 
 static bool try_packing(void *user, const qw_charts_made *made)
 {
-    trial *t = user;
+    judging *t = user;
     qw_scope_begin(t->k.env);
     t->k.made = made;
     take_pieces(&t->k, t->local);
@@ -126,7 +126,7 @@ qw_atlas qw_make_atlas(qw_env *env, qw_atlas_mesh *mesh, const qw_atlas_options 
     qw_scope_begin(env);
     uint32_t *local = QW_NEW(env, uint32_t, mesh->corner_count);
     maker k = {.env = env, .mesh = mesh, .atlas = &atlas};
-    trial t = {.k = k, .pack = options->pack, .local = local};
+    judging t = {.k = k, .pack = options->pack, .local = local};
     t.pack.is_untold = true, t.pack.scale = 0, t.pack.enough = FILLED;
     qw_charts_made made = qw_make_charts(env, mesh, options->most_stretch, options->weight, options->mirror,
                                          try_packing, &t);

@@ -8,15 +8,15 @@
 #include <string.h>
 
 enum {
-    RIGID_STEPS = 4,  /* of a trial: the parts lie flat before, and only what lies between them has to give way */
+    RIGID_STEPS = 4,  /* of a merger: the parts lie flat before, and only what lies between them has to give way */
     FIRST_STEPS = 6,  /* of a patch by itself, from the circle */
     LOWER_STEPS = 40, /* where those leave inverted triangles, and at the end */
     MOST_LANE_BYTES = 1 << 26,
     LANE_BYTES = 1024, /* a face, of the memory in which two charts are laid flat on a thread */
     GRID_BITS = 23     /* exact tests see the root of the surface's area as so many bits: finer than what is written */
 };
-static const double MOST_OF_ONE = 3; /* a triangle may be stretched so much more than the mean of its chart */
-static const double CRUMB = 0.003;   /* of the surface: what is smaller packs anyhow */
+static const double MOST_OF_ONE = 3;     /* a triangle may be stretched so much more than the mean of its chart */
+static const double SMALL_CHART = 0.003; /* of the surface: what is smaller packs anyhow */
 static const double SHARE_OF_FULL =
     8; /* more of the surface, times the square of how much more than `fill` is filled */
 /* What charts must be like: larger and of freer shape each time. */
@@ -37,13 +37,13 @@ typedef struct candidate {
 } candidate;
 
 /* What came of looking whether two charts can be joined. */
-typedef struct attempt {
+typedef struct merger {
     candidate c;
     uint32_t *path, length; /* uint32_t[length]: seams that go; NULL: they cannot */
     double (*uv)[2];        /* double[corners of both][2] */
-    uint32_t trials;
+    uint32_t tries;
     bool is_known;
-} attempt;
+} merger;
 
 typedef struct maker {
     qw_env *env;
@@ -61,8 +61,8 @@ typedef struct maker {
     uint32_t held;
     size_t capacity;
     qw_lane *lane;
-    uint32_t lanes;               /* 0: candidates are looked at one by one */
-    attempt ahead[QW_MOST_LANES]; /* what was looked at together, in the memory of the run */
+    uint32_t lanes;              /* 0: candidates are looked at one by one */
+    merger ahead[QW_MOST_LANES]; /* what was looked at together, in the memory of the run */
 } maker;
 
 /* ---- a queue by keys */
@@ -103,7 +103,7 @@ static double grid_of(const maker *k, const qw_flat *t) { return sqrt(fmax(t->to
 
 /* Whether a chart is of a shape that can be packed: not too large, not long, and not much less than the rectangle
  * around it, along its rows. What fills its rectangle may be longer
- * and larger: a sheet is one chart. Crumbs may have any shape. */
+ * and larger: a sheet is one chart. Small ones may have any shape. */
 static bool is_compact(const maker *k, const qw_flat *t)
 {
     double size[2];
@@ -111,7 +111,7 @@ static bool is_compact(const maker *k, const qw_flat *t)
     double fill = t->total / (size[0] * size[1]), root = sqrt(k->total), more = fmax(0, fill - k->bounds.fill);
     double most = k->bounds.share + SHARE_OF_FULL * more * more;
     if (fmax(size[0], size[1]) > (k->bounds.length + fmax(0, fill - 0.5)) * root) return false;
-    return t->total <= most * k->total && (fill >= k->bounds.fill || t->total < CRUMB * k->total);
+    return t->total <= most * k->total && (fill >= k->bounds.fill || t->total < SMALL_CHART * k->total);
 }
 
 static bool is_fair(const maker *k, const qw_flat *t)
@@ -259,12 +259,12 @@ static double (*lie_together(const maker *k, qw_env *env, const candidate *c, co
 }
 
 /* Looks whether the charts of t->c can be joined: along all seams between them, else along the path alone. */
-static void look(const maker *k, qw_env *env, attempt *t)
+static void look(const maker *k, qw_env *env, merger *t)
 {
     for (int all = 1; all >= 0; all--) {
         t->path = seams_of(k, env, &t->c, all, &t->length);
         t->uv = lie_together(k, env, &t->c, t->path, t->length);
-        t->trials++;
+        t->tries++;
         if (t->uv) return;
         bool is_all = t->length == t->c.length;
         qw_free(env, t->path), t->path = NULL;
@@ -288,7 +288,7 @@ static void take_together(maker *k, const candidate *c, const uint32_t *path, ui
 static bool join_along(maker *k, const candidate *c, const uint32_t *path, uint32_t length)
 {
     double(*uv)[2] = lie_together(k, k->env, c, path, length);
-    k->made.trials++;
+    k->made.tries++;
     if (uv) take_together(k, c, path, length, (const double(*)[2])uv);
     qw_free(k->env, uv);
     return uv != NULL;
@@ -485,10 +485,10 @@ static double (*copy_uv(maker *k, const candidate *c))[2]
 
 /* ---- on threads: the candidates that would come next, of other charts, are looked at beside the first */
 
-static void forget(maker *k, attempt *t)
+static void forget(maker *k, merger *t)
 {
     qw_free(k->env, t->uv), qw_free(k->env, t->path);
-    *t = (attempt){0};
+    *t = (merger){0};
 }
 
 static bool is_open(const maker *k, const candidate *c)
@@ -521,7 +521,7 @@ static uint32_t choose_ahead(maker *k, const candidate *first)
 typedef struct look_call {
     const maker *k;
     qw_env *env;
-    attempt *t;
+    merger *t;
 } look_call;
 
 static void look_body(void *user)
@@ -560,7 +560,7 @@ static void mend_seams(const maker *k, const candidate *c)
 /* What a lane has found, in the memory of the run. */
 static void take_over(maker *k, uint32_t i)
 {
-    attempt *t = &k->ahead[i], found = *t;
+    merger *t = &k->ahead[i], found = *t;
     uint32_t corners = 0;
     t->path = NULL, t->uv = NULL;
     if (!found.is_known) mend_seams(k, &t->c);
@@ -575,20 +575,20 @@ static void take_over(maker *k, uint32_t i)
     if (k->lane[i].env) qw_scope_end(k->lane[i].env);
 }
 
-static bool is_of(const attempt *t, const candidate *c)
+static bool is_of(const merger *t, const candidate *c)
 {
     return t->is_known && t->c.a == c->a && t->c.b == c->b && t->c.stamp_a == c->stamp_a &&
            t->c.stamp_b == c->stamp_b && t->c.first == c->first && t->c.length == c->length;
 }
 
 /* What there is to know of a candidate; the caller forgets it. */
-static attempt look_at(maker *k, const candidate *c)
+static merger look_at(maker *k, const candidate *c)
 {
-    attempt own = {.c = *c};
+    merger own = {.c = *c};
     for (int round = 0; round < 2 && k->lanes > 0; round++) {
         for (uint32_t i = 0; i < k->lanes; i++) {
             if (!is_of(&k->ahead[i], c)) continue;
-            own = k->ahead[i], k->ahead[i] = (attempt){0};
+            own = k->ahead[i], k->ahead[i] = (merger){0};
             return own;
         }
         if (round == 1) break;
@@ -610,9 +610,9 @@ static bool make_join(maker *k, const candidate *c)
     uint32_t of_a = k->made.chart[c->a].count, of_b = k->made.chart[c->b].count;
     bool is_twice = has_opposite(k, c);
     double(*uv)[2] = is_twice ? copy_uv(k, c) : NULL;
-    attempt t = look_at(k, c);
+    merger t = look_at(k, c);
     bool good = t.path != NULL;
-    k->made.trials += t.trials;
+    k->made.tries += t.tries;
     if (good) take_together(k, c, t.path, t.length, (const double(*)[2])t.uv), join(k, c->a, c->b);
     if (good && is_twice) {
         good = join_opposite(k, t.path, t.length);
@@ -780,7 +780,7 @@ static void go_back(maker *k, state *s)
 /* Of the charts that were found to pack well those that are fewest. */
 typedef struct choice {
     maker *k;
-    qw_chart_trial *trial;
+    qw_chart_judge *judge;
     void *user;
     state best;
 } choice;
@@ -789,7 +789,7 @@ typedef struct choice {
 static bool try_charts(choice *c, state *s)
 {
     go_back(c->k, s);
-    if (!c->trial(c->user, &c->k->made)) return false;
+    if (!c->judge(c->user, &c->k->made)) return false;
     c->best = *s;
     return true;
 }
@@ -811,30 +811,30 @@ static void join_some(choice *c, const state *next)
 }
 
 /* Joins at every level, and takes the last whose charts pack well, else the first. */
-static void join_at_levels(maker *k, qw_chart_trial *trial, void *user)
+static void join_at_levels(maker *k, qw_chart_judge *judge, void *user)
 {
     state all[LEVELS + 1];
-    choice c = {.k = k, .trial = trial, .user = user};
+    choice c = {.k = k, .judge = judge, .user = user};
     uint32_t count = 1, low = 0, high;
     add_state(k, &all[0]);
-    for (uint32_t level = 0; level < (trial ? LEVELS : 1); level++) {
+    for (uint32_t level = 0; level < (judge ? LEVELS : 1); level++) {
         count += join_more(k, levels[level], UINT32_MAX, &all[count]);
         qw_progress_work(k->env, PATCHES_LAID + (CHARTS_JOINED - PATCHES_LAID) * (level + 1) / LEVELS);
     }
     if (count > 1) low = 1;
     c.best = all[low];
     /* bisection: those that are larger pack less well, on the whole */
-    for (high = count; trial && high - low > 1;) {
+    for (high = count; judge && high - low > 1;) {
         uint32_t middle = (low + high) / 2;
         if (try_charts(&c, &all[middle])) low = middle;
         else high = middle;
     }
-    if (trial && low + 1 < count) join_some(&c, &all[low + 1]);
+    if (judge && low + 1 < count) join_some(&c, &all[low + 1]);
     go_back(k, &c.best);
 }
 
 qw_charts_made qw_make_charts(qw_env *env, qw_atlas_mesh *mesh, double most_stretch, const double *weight,
-                              const uint32_t *mirror, qw_chart_trial *trial, void *user)
+                              const uint32_t *mirror, qw_chart_judge *judge, void *user)
 {
     maker k = {
         .env = env, .m = mesh, .most_stretch = most_stretch, .weight = weight, .mirror = mirror, .bounds = levels[0]};
@@ -849,7 +849,7 @@ qw_charts_made qw_make_charts(qw_env *env, qw_atlas_mesh *mesh, double most_stre
     lay_patches(&k);
     k.made.patches = k.made.count;
     qw_progress_work(env, PATCHES_LAID);
-    join_at_levels(&k, trial, user);
+    join_at_levels(&k, judge, user);
     qw_lanes_end(k.lane, k.lanes);
     qw_free(env, k.heap), qw_free(env, k.local), qw_free(env, k.chart_of);
     return k.made;

@@ -20,19 +20,19 @@ typedef struct qw_chart {
 
 typedef struct qw_charts_made {
     qw_chart *chart; /* qw_chart[count]: those that remain, numbered by their first faces */
-    uint32_t count, patches, joins, trials;
+    uint32_t count, patches, joins, tries;
     double (*uv)[2]; /* double[corner_count][2]: of each corner within its chart, lengths those in space */
 } qw_charts_made;
 
 /* Whether charts fill enough of the square. */
-typedef bool qw_chart_trial(void *user, const qw_charts_made *made);
+typedef bool qw_chart_judge(void *user, const qw_charts_made *made);
 
 /* most_stretch: bound of the mean of the larger of s1 and 1 / s2 over a chart (flat.h). weight: double[corner_count]:
    how much a seam along each edge is to be avoided, 1 in the mean; may be NULL. mirror: uint32_t[corner_count]:
    half-edges that lie opposite to one another on a symmetric surface, or QW_NONE: charts are joined on both sides or
-   on neither; may be NULL. trial: may be NULL: compact charts. In
+   on neither; may be NULL. judge: may be NULL: compact charts. In
    the caller's scope; sets the seams of the mesh. */
 qw_charts_made qw_make_charts(qw_env *env, qw_atlas_mesh *mesh, double most_stretch, const double *weight,
-                              const uint32_t *mirror, qw_chart_trial *trial, void *user);
+                              const uint32_t *mirror, qw_chart_judge *judge, void *user);
 
 #endif

@@ -249,7 +249,7 @@ void qw_flat_rigid(qw_env *env, qw_flat *t, uint32_t steps)
             qw_envelope_solve(&t->matrix, x);
             for (uint32_t v = 0; v < t->vertex_count; v++) t->at[v][k] = x[v];
         }
-        qw_break_silence(env);
+        qw_heartbeat(env);
     }
     qw_free(env, b);
 }
@@ -289,7 +289,7 @@ void qw_flat_lower(qw_env *env, qw_flat *t, uint32_t steps)
     enum { MOST_HALVINGS = 30 };
     size_t n = t->vertex_count;
     double *d = QW_NEW(env, double, 2 * n), *gradient = QW_NEW(env, double, 2 * n), step = 0.25;
-    double(*trial)[2] = qw_alloc(env, n, sizeof *trial);
+    double(*moved)[2] = qw_alloc(env, n, sizeof *moved);
     factor_stiffness(env, t);
     double now = energy_of(t, (const double(*)[2])t->at, gradient);
     for (uint32_t i = 0; i < steps && now < INFINITY; i++) {
@@ -300,19 +300,19 @@ void qw_flat_lower(qw_env *env, qw_flat *t, uint32_t steps)
         int halvings = 0;
         for (; halvings < MOST_HALVINGS; halvings++, step /= 2) {
             for (size_t v = 0; v < n; v++)
-                trial[v][0] = t->at[v][0] - step * d[v], trial[v][1] = t->at[v][1] - step * d[n + v];
-            next = energy_of(t, (const double(*)[2])trial, NULL);
+                moved[v][0] = t->at[v][0] - step * d[v], moved[v][1] = t->at[v][1] - step * d[n + v];
+            next = energy_of(t, (const double(*)[2])moved, NULL);
             if (next <= now - 1e-4 * step * slope) break;
         }
         if (halvings == MOST_HALVINGS) break;
-        memcpy(t->at, trial, n * sizeof *trial);
+        memcpy(t->at, moved, n * sizeof *moved);
         double gained = now - next;
         now = energy_of(t, (const double(*)[2])t->at, gradient);
         if (!(gained > 1e-6 * now)) break;
         step *= 2;
-        qw_break_silence(env);
+        qw_heartbeat(env);
     }
-    qw_free(env, trial), qw_free(env, gradient), qw_free(env, d);
+    qw_free(env, moved), qw_free(env, gradient), qw_free(env, d);
 }
 
 /* ---- measures */

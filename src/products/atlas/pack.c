@@ -34,15 +34,15 @@ typedef struct spot {
 } spot;
 
 /* An order, and what came of it. */
-typedef struct attempt {
+typedef struct packing {
     uint32_t *order;   /* uint32_t[count] */
     uint8_t *turn;     /* uint8_t[count]: quarters of each piece, or ANY_TURN */
     spot *at;          /* spot[count] */
     uint32_t *longest; /* uint32_t[count + 1]: the longest run of those that follow in the order, itself included */
-    uint32_t kept;  /* so many, the first in the order, lie where `at` says: as in an attempt that was placed before */
+    uint32_t kept;  /* so many, the first in the order, lie where `at` says: as in a packing that was placed before */
     qw_board board; /* the tiles, one above the other; the last is twice as high */
     uint32_t top;   /* in the last tile; UINT32_MAX: not all were placed */
-} attempt;
+} packing;
 
 typedef struct packer {
     qw_env *env;
@@ -58,7 +58,7 @@ typedef struct packer {
     qw_mask_run *run;                /* of the wide masks, one after the other; NULL while pieces are pushed */
     uint32_t *first_run;             /* uint32_t[4 count + 1]: of each */
     qw_mask pushed;                  /* the tiles, while pieces are pushed */
-    attempt slot[SLOTS], best, good; /* best: of this scale; good: the last that fitted */
+    packing slot[SLOTS], best, good; /* best: of this scale; good: the last that fitted */
     double good_scale;               /* of it: tiles a unit of length */
     uint32_t good_cells;
 } packer;
@@ -142,7 +142,7 @@ static void draw_pieces(void *user, uint32_t block, uint32_t begin, uint32_t end
 
 /* The lowest place for a mask in a tile, below `bound`: that whose upper end is lowest, then the leftmost. A mask may
    lie with its margin outside of the tile. */
-static bool find_spot(const packer *k, const attempt *a, uint32_t i, uint32_t tile, uint32_t bound, spot *best)
+static bool find_spot(const packer *k, const packing *a, uint32_t i, uint32_t tile, uint32_t bound, spot *best)
 {
     const qw_mask *m = &k->wide[i];
     const qw_mask_run *run = k->run + k->first_run[i];
@@ -159,7 +159,7 @@ static bool find_spot(const packer *k, const attempt *a, uint32_t i, uint32_t ti
 }
 
 /* The n-th of the order. */
-static bool place_one(const packer *k, attempt *a, uint32_t n)
+static bool place_one(const packer *k, packing *a, uint32_t n)
 {
     uint32_t i = a->order[n];
     bool found = n < a->kept;
@@ -190,7 +190,7 @@ static uint32_t longest_run(const packer *k, uint32_t i)
 }
 
 /* Places all; given up where the top is already above that of the best. */
-static void place_all(const packer *k, attempt *a)
+static void place_all(const packer *k, packing *a)
 {
     qw_board_clear(&a->board);
     a->top = 0, a->longest[k->count] = 0;
@@ -214,15 +214,15 @@ static void place_slots(void *user, uint32_t block, uint32_t begin, uint32_t end
 
 /* ---- orders */
 
-static attempt make_attempt(packer *k)
+static packing new_packing(packer *k)
 {
-    attempt a = {.top = UINT32_MAX};
+    packing a = {.top = UINT32_MAX};
     a.order = QW_NEW(k->env, uint32_t, k->count), a.turn = QW_NEW(k->env, uint8_t, k->count);
     a.at = QW_NEW_ZERO(k->env, spot, k->count), a.longest = QW_NEW(k->env, uint32_t, k->count + (size_t)1);
     return a;
 }
 
-static void copy_attempt(const packer *k, attempt *to, const attempt *from)
+static void copy_packing(const packer *k, packing *to, const packing *from)
 {
     memcpy(to->order, from->order, k->count * sizeof *to->order), memcpy(to->turn, from->turn, k->count);
     memcpy(to->at, from->at, k->count * sizeof *to->at);
@@ -238,8 +238,8 @@ static void sort_by(uint32_t *order, const double *key, uint32_t count)
     }
 }
 
-/* Of an attempt that has been changed from the best: what comes before the first change is placed alike. */
-static void keep_alike(const packer *k, attempt *a)
+/* Of a packing that has been changed from the best: what comes before the first change is placed alike. */
+static void keep_alike(const packer *k, packing *a)
 {
     for (a->kept = 0; a->kept < k->count; a->kept++) {
         uint32_t i = k->best.order[a->kept];
@@ -250,7 +250,7 @@ static void keep_alike(const packer *k, attempt *a)
 static double chance(uint64_t seed) { return (double)(qw_mix(seed) >> 11) / 9007199254740992.0; }
 
 /* By area, each times a number about 1. */
-static void order_by_chance(const packer *k, attempt *a, uint64_t seed)
+static void order_by_chance(const packer *k, packing *a, uint64_t seed)
 {
     for (uint32_t i = 0; i < k->count; i++) k->key[i] = k->area[i] * (0.4 + 1.2 * chance(seed << 20 | i));
     sort_by(a->order, k->key, k->count);
@@ -270,11 +270,11 @@ static void begin_orders(packer *k)
         }
         if (s < 4) sort_by(k->slot[s].order, k->key, k->count);
     }
-    copy_attempt(k, &k->best, &k->slot[0]); /* until something is placed */
+    copy_packing(k, &k->best, &k->slot[0]); /* until something is placed */
 }
 
 /* Two pieces change their places in the order, or one goes elsewhere, or has another turn. */
-static void change(const packer *k, attempt *a, uint64_t seed)
+static void change(const packer *k, packing *a, uint64_t seed)
 {
     uint32_t p = (uint32_t)(chance(seed) * k->count), q = (uint32_t)(chance(seed + 1) * k->count), moved = a->order[p];
     double kind = chance(seed + 2);
@@ -294,14 +294,14 @@ static void try_slots(packer *k)
 {
     uint32_t least = 0;
     uint32_t done = k->tried < k->batches ? k->tried : k->batches;
-    if (k->batches == 0) qw_break_silence(k->env);
+    if (k->batches == 0) qw_heartbeat(k->env);
     else qw_progress_work(k->env, PACKING + (1 - PACKING) * done / (k->batches + 1));
     k->tried++;
     qw_parallel(k->env, SLOTS, 1, place_slots, k);
     for (uint32_t i = 1; i < SLOTS; i++)
         if (k->slot[i].top < k->slot[least].top) least = i;
     if (k->slot[least].top == UINT32_MAX || k->slot[least].top > k->best.top) return;
-    copy_attempt(k, &k->best, &k->slot[least]);
+    copy_packing(k, &k->best, &k->slot[least]);
 }
 
 /* Orders near the best, the first of them the best itself where the scale is new; and others far from it. */
@@ -313,7 +313,7 @@ static void try_near(packer *k)
             order_by_chance(k, &k->slot[s], seed);
             continue;
         }
-        copy_attempt(k, &k->slot[s], &k->best);
+        copy_packing(k, &k->slot[s], &k->best);
         if (s > 0 || k->best.top != UINT32_MAX) change(k, &k->slot[s], seed);
         if (s > 1) change(k, &k->slot[s], seed + 8);
         if (k->best.top != UINT32_MAX) keep_alike(k, &k->slot[s]);
@@ -335,7 +335,7 @@ static void list_runs(packer *k)
 }
 
 /* Masks of another scale, tiles a unit of length; of the turns of a layout alone where one is given. */
-static void begin_scale(packer *k, double scale, const attempt *only)
+static void begin_scale(packer *k, double scale, const packing *only)
 {
     size_t words = 0;
     k->scale = scale * k->cells, k->best.top = UINT32_MAX;
@@ -382,7 +382,7 @@ static void begin_pushing(packer *k)
 
 static void keep_good(packer *k)
 {
-    copy_attempt(k, &k->good, &k->best);
+    copy_packing(k, &k->good, &k->best);
     k->good_scale = k->scale / k->cells, k->good_cells = k->cells;
 }
 
@@ -447,7 +447,7 @@ static void grow(packer *k, const qw_pack_options *o)
 
 /* ---- pushing */
 
-static void set_piece(packer *k, const attempt *a, uint32_t i, bool is_there)
+static void set_piece(packer *k, const packing *a, uint32_t i, bool is_there)
 {
     const spot *s = &a->at[i];
     qw_mask_stamp(&k->pushed, &k->thin[4 * i + s->quarters], s->x, s->tile * k->stride + s->y, is_there);
@@ -465,7 +465,7 @@ static bool is_free(const packer *k, uint32_t i, const spot *s, int64_t x, int64
 static int64_t alternate(int64_t i) { return i & 1 ? -(i + 1) / 2 : i / 2; }
 
 /* All of a layout in the masks of another scale, each coordinate times a number, or near that. */
-static bool move_over(packer *k, const attempt *from, double times, int64_t within, attempt *to)
+static bool move_over(packer *k, const packing *from, double times, int64_t within, packing *to)
 {
     memset(k->pushed.row, 0, (size_t)k->pushed.down * k->pushed.words * sizeof *k->pushed.row);
     for (uint32_t i = 0; i < k->count; i++) k->key[i] = -(double)(from->at[i].x + from->at[i].y);
@@ -490,7 +490,7 @@ static bool move_over(packer *k, const attempt *from, double times, int64_t with
 }
 
 /* One piece after the other goes as far along an axis (1: down, 0: to the left) as some cells around it allow. */
-static bool push_all(packer *k, attempt *a, int axis, int64_t within)
+static bool push_all(packer *k, packing *a, int axis, int64_t within)
 {
     bool has_moved = false;
     for (uint32_t i = 0; i < k->count; i++) k->key[i] = -(double)(axis ? a->at[i].y : a->at[i].x);
@@ -509,11 +509,11 @@ static bool push_all(packer *k, attempt *a, int axis, int64_t within)
         set_piece(k, a, i, true);
         has_moved |= found;
     }
-    qw_break_silence(k->env);
+    qw_heartbeat(k->env);
     return has_moved;
 }
 
-static bool is_inside(const packer *k, const attempt *a)
+static bool is_inside(const packer *k, const packing *a)
 {
     for (uint32_t i = 0; i < k->count; i++) {
         const spot *s = &a->at[i];
@@ -528,7 +528,7 @@ static bool is_inside(const packer *k, const attempt *a)
 static void push_together(packer *k, const qw_pack_options *o)
 {
     enum { MOST_GROWTHS = 24, MOST_PUSHES = 12 };
-    attempt *a = &k->slot[0];
+    packing *a = &k->slot[0];
     double cells = k->cells, more = 1.02;
     set_cells(k, o, FINE_CELLS, 2 * QW_WORD), begin_pushing(k);
     double times = k->cells / cells, scale = k->good_scale;
@@ -545,7 +545,7 @@ static void push_together(packer *k, const qw_pack_options *o)
         if (!fits && i == 0) return;
         if (fits) {
             scale *= growth, times = 1;
-            copy_attempt(k, &k->good, a);
+            copy_packing(k, &k->good, a);
             k->good_scale = scale, k->good_cells = k->cells;
         } else {
             more = sqrt(more);
@@ -616,23 +616,23 @@ void qw_place_in_tile(const qw_piece *p, double scale, const double at[2], doubl
 qw_packing qw_pack(qw_env *env, qw_piece *piece, uint32_t count, const qw_pack_options *o)
 {
     packer k = {.env = env, .piece = piece, .count = count, .tiles = o->tiles};
-    qw_packing packing = {.scale = 1};
-    if (count == 0) return packing;
+    qw_packing found = {.scale = 1};
+    if (count == 0) return found;
     qw_scope_begin(env);
     k.area = QW_NEW_ZERO(env, double, count), k.key = QW_NEW(env, double, count);
     k.thin = QW_NEW_ZERO(env, qw_mask, 4 * (size_t)count), k.wide = QW_NEW_ZERO(env, qw_mask, 4 * (size_t)count);
     k.scratch = QW_NEW_ZERO(env, qw_mask, 4 * (size_t)count);
     k.first_run = QW_NEW(env, uint32_t, 4 * (size_t)count + 1);
-    for (uint32_t s = 0; s < SLOTS; s++) k.slot[s] = make_attempt(&k);
-    k.best = make_attempt(&k), k.good = make_attempt(&k);
+    for (uint32_t s = 0; s < SLOTS; s++) k.slot[s] = new_packing(&k);
+    k.best = new_packing(&k), k.good = new_packing(&k);
     measure(&k);
     if (o->scale > 0) fit_scale(&k, o);
     else find_scale(&k, o);
     take_places(&k);
-    packing.scale = k.good_scale;
+    found.scale = k.good_scale;
     for (uint32_t i = 0; i < count; i++)
-        if (piece[i].tile >= packing.tiles) packing.tiles = piece[i].tile + 1;
-    packing.used = k.total * packing.scale * packing.scale / packing.tiles;
+        if (piece[i].tile >= found.tiles) found.tiles = piece[i].tile + 1;
+    found.used = k.total * found.scale * found.scale / found.tiles;
     qw_scope_end(env);
-    return packing;
+    return found;
 }

@@ -125,7 +125,7 @@ static void ride(riders *r)
             if (on != QW_NONE && !m->seam[on]) r->ahead[kept++] = on;
         }
         r->count = kept;
-        qw_break_silence(r->env);
+        qw_heartbeat(r->env);
     }
 }
 

@@ -35,7 +35,7 @@ static qw_trimesh triangles_of(qw_env *env, const qw_atlas_mesh *m)
     uint32_t *corner = QW_NEW(env, uint32_t, 3 * (size_t)t.face_count), n = 0;
     for (uint32_t v = 0; v < m->vertex_count; v++) {
         const double *p = m->position + 3 * (size_t)v;
-        position[v] = qw_v3((float)p[0], (float)p[1], (float)p[2]);
+        position[v] = qw_v3_of_doubles(p);
     }
     for (uint32_t f = 0; f < m->face_count; f++)
         for (uint32_t c = m->begin[f] + 1; c + 1 < m->begin[f + 1]; c++) {

@@ -48,6 +48,7 @@ static void put(const fans *f, uint32_t h, qw_vec3 n)
 /* The half-edge at which a sector of the fan of `first` begins: a sharp one where the fan has one. */
 static uint32_t begin_of(const fans *f, uint32_t first)
 {
+    assert(first < 4 * f->quads->face_count);
     uint32_t h = first;
     if (!f->split || f->quads->twin[first] == QW_NONE) return first; /* fans at a boundary begin there */
     do {
@@ -59,6 +60,7 @@ static uint32_t begin_of(const fans *f, uint32_t first)
 
 static void shade_fan(const fans *f, uint32_t first)
 {
+    assert(first < 4 * f->quads->face_count);
     const qw_quadmesh *q = f->quads;
     uint32_t begin = begin_of(f, first), h = begin;
     while (h != QW_NONE) { /* a sector a turn */

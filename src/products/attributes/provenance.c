@@ -10,9 +10,9 @@ static const float INWARD = 0.01f;
 
 /* The ball around a quad's middle in which the source is gathered reaches so far beyond its corners, as a share of
  * their distance: for surfaces that leave the quads by less. What is farther off is found too, but more slowly. */
-static const float POCKET_REACH = 1.15f;
+static const float CACHE_REACH = 1.15f;
 
-typedef struct search {
+typedef struct origin_search {
     const qw_source *source;
     const qw_quadmesh *quads;
     const qw_vec3 *normal; /* of the vertices */
@@ -20,7 +20,7 @@ typedef struct search {
     float *vertex_reach;   /* float[quads->vertex_count]: longest edge at it */
     float *distance2;      /* float[quads->vertex_count] */
     qw_origins origins;
-} search;
+} origin_search;
 
 qw_bvh_query qw_query_of_quad(const qw_source *source, const qw_origins *origins, uint32_t f)
 {
@@ -32,7 +32,7 @@ qw_bvh_query qw_query_of_quad(const qw_source *source, const qw_origins *origins
                           .wanted = component};
 }
 
-void qw_fill_pocket(const qw_source *source, const qw_quadmesh *quads, uint32_t f, qw_bvh_pocket *pocket)
+void qw_fill_cache(const qw_source *source, const qw_quadmesh *quads, uint32_t f, qw_bvh_cache *cache)
 {
     assert(f < quads->face_count);
     const uint32_t *corner = quads->corner + 4 * (size_t)f;
@@ -40,7 +40,7 @@ void qw_fill_pocket(const qw_source *source, const qw_quadmesh *quads, uint32_t 
     float farthest2 = 0;
     for (uint32_t i = 0; i < 4; i++)
         farthest2 = fmaxf(farthest2, qw_length2(qw_sub(quads->position[corner[i]], middle)));
-    qw_bvh_fill_pocket(source->bvh, middle, POCKET_REACH * sqrtf(farthest2), pocket);
+    qw_bvh_fill_cache(source->bvh, middle, CACHE_REACH * sqrtf(farthest2), cache);
 }
 
 static qw_source_point point_of(const qw_hit *hit)
@@ -48,7 +48,7 @@ static qw_source_point point_of(const qw_hit *hit)
     return (qw_source_point){hit->face, {hit->weight[0], hit->weight[1], hit->weight[2]}};
 }
 
-static void find_corner(search *s, uint32_t h, qw_bvh_query *query, qw_vec3 middle)
+static void find_corner(origin_search *s, uint32_t h, qw_bvh_query *query, qw_vec3 middle)
 {
     assert(h < 4 * s->quads->face_count);
     qw_vec3 at = s->quads->position[s->quads->corner[h]];
@@ -60,8 +60,9 @@ static void find_corner(search *s, uint32_t h, qw_bvh_query *query, qw_vec3 midd
 }
 
 /* hint: a triangle near the vertex, or QW_NONE. */
-static void find_vertex(search *s, uint32_t v, uint32_t hint)
+static void find_vertex(origin_search *s, uint32_t v, uint32_t hint)
 {
+    assert(v < s->quads->vertex_count);
     qw_hit hit = {.face = QW_NONE};
     qw_bvh_query query = qw_query_of_quad(s->source, &s->origins, s->home[v]);
     query.point = s->quads->position[v], query.normal = s->normal[v], query.max_distance = s->vertex_reach[v];
@@ -72,7 +73,7 @@ static void find_vertex(search *s, uint32_t v, uint32_t hint)
 }
 
 /* What a quad before f, but not before `begin`, has found at the vertex of f's corner h; QW_NONE: nothing. */
-static uint32_t found_before(const search *s, uint32_t begin, uint32_t f, uint32_t h)
+static uint32_t found_before(const origin_search *s, uint32_t begin, uint32_t f, uint32_t h)
 {
     const qw_quadmesh *q = s->quads;
     uint32_t out = q->twin[h], in = q->twin[qw_quad_prev(h)];
@@ -85,7 +86,7 @@ static uint32_t found_before(const search *s, uint32_t begin, uint32_t f, uint32
 static void find_quads(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
-    search *s = user;
+    origin_search *s = user;
     for (uint32_t f = begin; f < end; f++) {
         qw_bvh_query query = qw_query_of_quad(s->source, &s->origins, f);
         qw_vec3 middle = qw_quad_middle(s->quads->position, s->quads->corner + 4 * (size_t)f);
@@ -102,7 +103,7 @@ static void find_quads(void *user, uint32_t block, uint32_t begin, uint32_t end)
 
 /* A vertex that found nothing, as on a blade whose sides face away from each other, lies where the nearest of its
  * corners does; a corner that found nothing where its vertex does. */
-static void help_each_other(qw_env *env, search *s)
+static void help_each_other(qw_env *env, origin_search *s)
 {
     const qw_quadmesh *q = s->quads;
     qw_origins *o = &s->origins;
@@ -119,7 +120,7 @@ static void help_each_other(qw_env *env, search *s)
     qw_free(env, lost);
 }
 
-static void set_reach(search *s)
+static void set_reach(origin_search *s)
 {
     const qw_quadmesh *q = s->quads;
     for (uint32_t f = 0; f < q->face_count; f++) {
@@ -133,7 +134,7 @@ static void set_reach(search *s)
 }
 
 /* Vertices without a quad stay lost. */
-static void lose_all(search *s)
+static void lose_all(origin_search *s)
 {
     for (uint32_t v = 0; v < s->quads->vertex_count; v++)
         s->origins.vertex[v] = (qw_source_point){.triangle = QW_NONE}, s->distance2[v] = INFINITY;
@@ -166,7 +167,7 @@ static bool choose_components(qw_env *env, const qw_source *source, const qw_qua
     return strangers > 0;
 }
 
-static void count_lost(const search *s, qw_origins *o)
+static void count_lost(const origin_search *s, qw_origins *o)
 {
     float farthest2 = 0;
     for (uint32_t v = 0; v < s->quads->vertex_count; v++) {
@@ -187,13 +188,13 @@ qw_origins qw_find_origins(qw_env *env, const qw_source *source, const qw_quadme
                     .reach = QW_NEW(env, float, faces)};
     qw_scope_begin(env);
     memset(o.component, 0xff, faces * sizeof *o.component);
-    search s = {.source = source,
-                .quads = quads,
-                .normal = qw_quadmesh_vertex_normals(env, quads),
-                .home = QW_NEW(env, uint32_t, vertices),
-                .vertex_reach = QW_NEW_ZERO(env, float, vertices),
-                .distance2 = QW_NEW(env, float, vertices),
-                .origins = o};
+    origin_search s = {.source = source,
+                       .quads = quads,
+                       .normal = qw_quadmesh_vertex_normals(env, quads),
+                       .home = QW_NEW(env, uint32_t, vertices),
+                       .vertex_reach = QW_NEW_ZERO(env, float, vertices),
+                       .distance2 = QW_NEW(env, float, vertices),
+                       .origins = o};
     set_reach(&s);
     lose_all(&s);
     for (size_t h = 0; h < 4 * faces; h++) s.home[quads->corner[h]] = (uint32_t)(h / 4);

@@ -32,7 +32,7 @@ qw_origins qw_find_origins(qw_env *env, const qw_source *source, const qw_quadme
 /* What a query says of the sheet that a quad is of: its component, and no farther than its reach. */
 qw_bvh_query qw_query_of_quad(const qw_source *source, const qw_origins *origins, uint32_t f);
 /* The source around a quad, for queries at points of it. */
-void qw_fill_pocket(const qw_source *source, const qw_quadmesh *quads, uint32_t f, qw_bvh_pocket *pocket);
+void qw_fill_cache(const qw_source *source, const qw_quadmesh *quads, uint32_t f, qw_bvh_cache *cache);
 
 /* The same as the public structure tells it. */
 qw_origin qw_origin_of(const qw_source *source, const qw_source_point *point);

@@ -89,14 +89,14 @@ static void find_seen(qw_env *env, const qw_clean_input *input, const qw_clean *
     for (uint32_t f = 0; f < input->face_count; f++) {
         uint32_t begin = input->face_begin[f], end = input->face_begin[f + 1];
         double middle[3] = {0, 0, 0};
-        if (f % 4096 == 0) qw_break_silence(env);
+        if (f % 4096 == 0) qw_heartbeat(env);
         if (facts->component[f] != QW_NONE || end - begin < 3) continue;
         for (uint32_t c = begin; c < end; c++) {
             double q[3];
             to_frame(&clean->frame, input->position + 3 * (size_t)input->corner[c], q);
             for (int k = 0; k < 3; k++) middle[k] += q[k] / (end - begin);
         }
-        qw_vec3 p = qw_v3((float)middle[0], (float)middle[1], (float)middle[2]);
+        qw_vec3 p = qw_v3_of_doubles(middle);
         qw_hit hit = qw_bvh_nearest(bvh, p, qw_v3(0, 0, 0), -1, SEEN * clean->wrapped, QW_NONE);
         if (hit.face != QW_NONE) take_facts(facts, clean, component, f, hit.face, way_of(input, clean, f, hit.face));
     }
@@ -144,7 +144,7 @@ static void place_vertices(qw_env *env, const qw_clean_input *input, const qw_cl
     for (uint32_t v = 0; v < input->vertex_count; v++) {
         double q[3];
         to_frame(&clean->frame, input->position + 3 * (size_t)v, q);
-        mesh->position[v] = qw_v3((float)q[0], (float)q[1], (float)q[2]);
+        mesh->position[v] = qw_v3_of_doubles(q);
     }
 }
 

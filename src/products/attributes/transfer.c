@@ -156,15 +156,15 @@ static uint32_t add_samples(carriage *c, uint32_t f, uint32_t hint, share *share
 {
     assert(f < c->quads->face_count);
     uint32_t count = 0;
-    qw_bvh_pocket pocket;
+    qw_bvh_cache cache;
     bool is_filled = false, for_numbers = c->in->kind != QW_LABELS;
     for (uint32_t k = 0; k < (for_numbers ? QW_SAMPLES : SAMPLES); k++) {
         uint32_t j = for_numbers ? k : k / QW_SAMPLES, i = for_numbers ? COLUMN_OF_ROW[k] : k % QW_SAMPLES,
                  *known = c->sample + SAMPLES * (size_t)f + QW_SAMPLES * j + i;
         if (*known == NOT_SAMPLED) {
-            if (!is_filled) qw_fill_pocket(c->source, c->quads, f, &pocket);
+            if (!is_filled) qw_fill_cache(c->source, c->quads, f, &cache);
             is_filled = true;
-            *known = qw_sample_quad(c->source, c->quads, c->origins, f, i, j, hint, &pocket);
+            *known = qw_sample_quad(c->source, c->quads, c->origins, f, i, j, hint, &cache);
         }
         if (*known != QW_NONE) hint = *known, count = add_sample(c->in, shares, count, c->source->face[*known]);
     }
@@ -264,7 +264,7 @@ static uint32_t fill_in(carriage *c)
     for (size_t h = 0; h < sides; h++)
         if (!c->known[element_at(c, h)]) order[count++] = (uint64_t)element_at(c, h) << 32 | h;
     qw_sort_u64(order, count);
-    while (fill_ring(c, order, count) > 0) qw_break_silence(c->env);
+    while (fill_ring(c, order, count) > 0) qw_heartbeat(c->env);
     fill_rest(c, order, count);
     qw_free(c->env, order);
     return missing;
@@ -291,6 +291,7 @@ static void settle_normals(carriage *c)
 /* Longest side of a quad in the texture, by the larger of its two differences. */
 static float texture_size(const carriage *c, uint32_t f)
 {
+    assert(f < c->quads->face_count);
     uint32_t n = c->out.components;
     const float *first = c->values + 4 * (size_t)f * n;
     float longest = 0;

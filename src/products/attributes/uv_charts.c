@@ -53,7 +53,7 @@ qw_charts qw_find_charts(qw_env *env, const qw_source *source, const uint32_t *n
 }
 
 uint32_t qw_sample_quad(const qw_source *source, const qw_quadmesh *quads, const qw_origins *origins, uint32_t f,
-                        uint32_t i, uint32_t j, uint32_t hint, const qw_bvh_pocket *pocket)
+                        uint32_t i, uint32_t j, uint32_t hint, const qw_bvh_cache *cache)
 {
     assert(f < quads->face_count);
     const uint32_t *c = quads->corner + 4 * (size_t)f;
@@ -64,7 +64,7 @@ uint32_t qw_sample_quad(const qw_source *source, const qw_quadmesh *quads, const
     query.point = qw_lerp(qw_lerp(p[c[0]], p[c[1]], s), qw_lerp(p[c[3]], p[c[2]], s), t);
     query.normal = qw_normalize(qw_cross(qw_sub(qw_lerp(p[c[1]], p[c[2]], t), qw_lerp(p[c[0]], p[c[3]], t)),
                                          qw_sub(qw_lerp(p[c[3]], p[c[2]], s), qw_lerp(p[c[0]], p[c[1]], s))));
-    return qw_length2(query.normal) == 0 ? QW_NONE : qw_bvh_find(source->bvh, &query, pocket).face;
+    return qw_length2(query.normal) == 0 ? QW_NONE : qw_bvh_find(source->bvh, &query, cache).face;
 }
 
 /* ---- the sides of seams around one quad */
@@ -127,10 +127,10 @@ static uint32_t choose_side(around *a, const qw_quadmesh *quads, const qw_origin
 {
     assert(f < quads->face_count && share);
     uint32_t samples[MOST_SIDES] = {0}, all = 0, best = 0, hint = QW_NONE;
-    qw_bvh_pocket pocket;
-    qw_fill_pocket(a->source, quads, f, &pocket);
+    qw_bvh_cache cache;
+    qw_fill_cache(a->source, quads, f, &cache);
     for (uint32_t i = 0; i < QW_SAMPLES * QW_SAMPLES; i++) {
-        uint32_t t = qw_sample_quad(a->source, quads, o, f, i % QW_SAMPLES, i / QW_SAMPLES, hint, &pocket);
+        uint32_t t = qw_sample_quad(a->source, quads, o, f, i % QW_SAMPLES, i / QW_SAMPLES, hint, &cache);
         if (t == QW_NONE) continue;
         hint = t, samples[side_of(a, t)]++, all++;
     }
@@ -155,7 +155,7 @@ qw_source_point *qw_choose_charts(qw_env *env, const qw_source *source, const qw
                 .list = QW_NEW(env, uint32_t, triangles)};
     for (uint32_t f = 0; f < quads->face_count; f++) {
         size_t first = 4 * (size_t)f;
-        if (f % 256 == 0) qw_break_silence(env);
+        if (f % 256 == 0) qw_heartbeat(env);
         a.current = f + 1, a.count = a.sides = 0;
         a.middle = qw_quad_middle(quads->position, quads->corner + first);
         a.radius2 = AROUND * AROUND * origins->reach[f] * origins->reach[f];

@@ -23,10 +23,10 @@ qw_source_point *qw_choose_charts(qw_env *env, const qw_source *source, const qw
                                   const qw_quadmesh *quads, const qw_origins *origins, uint32_t *straddling);
 
 /* Point (i, j) of a grid of QW_SAMPLES x QW_SAMPLES over a quad, in the middle of its cell, and what is nearest to it
-   as of qw_find_origins: a triangle of the source, or QW_NONE. pocket: of qw_fill_pocket. */
+   as of qw_find_origins: a triangle of the source, or QW_NONE. cache: of qw_fill_cache. */
 enum { QW_SAMPLES = 8 };
 uint32_t qw_sample_quad(const qw_source *source, const qw_quadmesh *quads, const qw_origins *origins, uint32_t f,
-                        uint32_t i, uint32_t j, uint32_t hint, const qw_bvh_pocket *pocket);
+                        uint32_t i, uint32_t j, uint32_t hint, const qw_bvh_cache *cache);
 
 /* The number among all elements of the attribute's domain that corner k of a triangle of the source has. */
 static inline size_t qw_element_of(const qw_source *source, qw_domain domain, uint32_t triangle, uint32_t k)

@@ -220,7 +220,7 @@ qw_bake_face qw_bake_face_of(const qw_bake_target *t, uint32_t triangle)
     return face;
 }
 
-void qw_bake_fill_pocket(const qw_source *source, const qw_bake_face *face, const float w[3][3], qw_bvh_pocket *pocket)
+void qw_bake_fill_cache(const qw_source *source, const qw_bake_face *face, const float w[3][3], qw_bvh_cache *cache)
 {
     qw_vec3 p[3];
     for (int i = 0; i < 3; i++) {
@@ -229,8 +229,8 @@ void qw_bake_fill_pocket(const qw_source *source, const qw_bake_face *face, cons
     }
     float cage = fmaxf(face->cage[0], fmaxf(face->cage[1], face->cage[2]));
     float within = fmaxf(qw_distance(p[0], p[1]), qw_distance(p[0], p[2]));
-    pocket->radius = 0;
-    if (within < INFINITY) qw_bvh_fill_pocket(source->bvh, p[0], 1.01f * (within + cage), pocket);
+    cache->radius = 0;
+    if (within < INFINITY) qw_bvh_fill_cache(source->bvh, p[0], 1.01f * (within + cage), cache);
 }
 
 static qw_vec3_lanes interpolate(const qw_vec3 at[3], const qw_lanes w[3])
@@ -253,7 +253,7 @@ qw_bake_points qw_bake_points_of(const qw_bake_face *face, const qw_lanes w[3])
 
 /* Goes on with a ray that met a face which looks away; else the nearest point. */
 static qw_sight see_one(const qw_source *source, const qw_bake_points *points, int lane, qw_hit hit, uint32_t *hint,
-                        const qw_bvh_pocket *pocket)
+                        const qw_bvh_cache *cache)
 {
     qw_sight s = {.triangle = QW_NONE};
     qw_vec3 p = qw_lane(&points->place, lane), aim = qw_lane(&points->aim, lane), down = qw_scale(aim, -1);
@@ -266,7 +266,7 @@ static qw_sight see_one(const qw_source *source, const qw_bake_points *points, i
         }
         left -= sqrtf(hit.distance2);
         if (i == MOST_CROSSED) break;
-        if (left > 0) hit = qw_bvh_ray_near(source->bvh, pocket, hit.point, down, left, hit.face);
+        if (left > 0) hit = qw_bvh_ray_near(source->bvh, cache, hit.point, down, left, hit.face);
     }
     s.is_missed = true;
     hit = qw_bvh_nearest(source->bvh, p, aim, QW_SAME_SHEET, 2 * cage, *hint);
@@ -277,7 +277,7 @@ static qw_sight see_one(const qw_source *source, const qw_bake_points *points, i
 }
 
 void qw_bake_see(const qw_source *source, const qw_bake_points *points, uint32_t count, uint32_t *hint,
-                 const qw_bvh_pocket *pocket, qw_sight sight[QW_LANES])
+                 const qw_bvh_cache *cache, qw_sight sight[QW_LANES])
 {
     qw_hit hit[QW_LANES];
     qw_vec3 from[QW_LANES], down[QW_LANES];
@@ -286,6 +286,6 @@ void qw_bake_see(const qw_source *source, const qw_bake_points *points, uint32_t
         from[i] = qw_lane(&points->from, i), down[i] = qw_scale(qw_lane(&points->aim, i), -1);
         through[i] = 2 * points->cage[i];
     }
-    qw_bvh_rays_near(source->bvh, pocket, from, down, through, count, hit);
-    for (int i = 0; i < (int)count; i++) sight[i] = see_one(source, points, i, hit[i], hint, pocket);
+    qw_bvh_rays_near(source->bvh, cache, from, down, through, count, hit);
+    for (int i = 0; i < (int)count; i++) sight[i] = see_one(source, points, i, hit[i], hint, cache);
 }

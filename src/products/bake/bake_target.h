@@ -53,13 +53,13 @@ typedef struct qw_sight {
     bool is_missed; /* no ray met it: it is the nearest point */
     qw_vec3 point;  /* that is seen */
 } qw_sight;
-/* Of the first `count` points. pocket: of the source; quick where its ball holds the cage at the points; may be NULL.
+/* Of the first `count` points. cache: of the source; quick where its ball holds the cage at the points; may be NULL.
  */
 void qw_bake_see(const qw_source *source, const qw_bake_points *points, uint32_t count, uint32_t *hint,
-                 const qw_bvh_pocket *pocket, qw_sight sight[QW_LANES]);
+                 const qw_bvh_cache *cache, qw_sight sight[QW_LANES]);
 /* What rays can meet of points of a parallelogram in the triangle's plane: weights of its centre and of two corners
    that are neighbours, which may lie outside of the triangle. */
-void qw_bake_fill_pocket(const qw_source *source, const qw_bake_face *face, const float weight[3][3],
-                         qw_bvh_pocket *pocket);
+void qw_bake_fill_cache(const qw_source *source, const qw_bake_face *face, const float weight[3][3],
+                        qw_bvh_cache *cache);
 
 #endif

@@ -110,11 +110,11 @@ typedef struct visit {
     double p[3][2];  /* corners of the triangle, in texels */
     qw_bake_face face;
     tile_sums *sums;
-    float block[3][3];    /* weights of the centre and of two corners of the block that the samples are in */
-    bool is_filled;       /* the pocket is that block's */
-    qw_bvh_pocket pocket; /* what rays of the block can meet */
-    uint32_t hint;        /* what was met last */
-    uint32_t held;        /* samples, of four */
+    float block[3][3];  /* weights of the centre and of two corners of the block that the samples are in */
+    bool is_filled;     /* the cache is that block's */
+    qw_bvh_cache cache; /* what rays of the block can meet */
+    uint32_t hint;      /* what was met last */
+    uint32_t held;      /* samples, of four */
     uint32_t x[QW_LANES], y[QW_LANES], s[QW_LANES]; /* texels in the map, and which of its samples */
     qw_lanes weight[3];
 } visit;
@@ -168,12 +168,12 @@ static void look(visit *v)
     const baker *b = v->b;
     if (v->held == 0) return;
     if (!v->is_filled)
-        qw_bake_fill_pocket(b->look->source, &v->face, (const float(*)[3])v->block, &v->pocket), v->is_filled = true;
+        qw_bake_fill_cache(b->look->source, &v->face, (const float(*)[3])v->block, &v->cache), v->is_filled = true;
     qw_bake_points at = qw_bake_points_of(&v->face, v->weight);
     qw_vec3_lanes normal = at.normal;
     qw_sight sight[QW_LANES];
     qw_seen seen[QW_LANES];
-    qw_bake_see(b->look->source, &at, v->held, &v->hint, &v->pocket, sight);
+    qw_bake_see(b->look->source, &at, v->held, &v->hint, &v->cache, sight);
     for (int i = 0; i < (int)v->held; i++) {
         if (sight[i].triangle == QW_NONE) continue;
         seen[i] = qw_look_at(b->look, sight[i].triangle, sight[i].weight);

@@ -120,6 +120,7 @@ typedef struct colors {
 
 static uint32_t color_of(const easing *e, uint32_t v, const uint8_t *color)
 {
+    assert(v < e->quads->vertex_count);
     uint64_t taken = 0;
     uint32_t free = 0;
     for (uint32_t k = e->search.begin[v]; k < e->search.begin[v + 1]; k++)

@@ -48,6 +48,7 @@ typedef struct holding {
 /* The plane of `count` half-edges of the boundary from h on. */
 static void add_rim(holding *w, uint32_t h, uint32_t count)
 {
+    assert(h < 3 * w->exact->surface->face_count);
     const qw_trimesh *s = w->exact->surface;
     if (count < 3) return;
     double *point = QW_NEW(w->env, double, 3 * ((size_t)count + 1));
@@ -96,6 +97,7 @@ static void find_rims(holding *w)
 
 static bool is_curve(const holding *w, uint32_t h)
 {
+    assert(h < 3 * w->exact->surface->face_count);
     const qw_trimesh *s = w->exact->surface;
     uint32_t twin = s->twin[h], own = w->exact->found->of_face[h / 3];
     if (twin == QW_NONE) return own != QW_NONE;
@@ -196,6 +198,7 @@ static qw_hit nearest_face(const holding *w, uint32_t v, qw_vec3 at, uint32_t *h
 /* A corner is a vertex of the surface: there exactly. */
 static void place_corner(const holding *w, uint32_t v, uint32_t face)
 {
+    assert(v < w->quads->vertex_count);
     for (uint32_t i = 0; face != QW_NONE && i < 3; i++) {
         const double *p = w->exact->position + 3 * (size_t)w->exact->surface->corner[3 * (size_t)face + i];
         double far = 0, *place = w->place + 3 * (size_t)v;
@@ -228,7 +231,7 @@ static void find_places(holding *w)
             qw_hit hit = nearest_face(w, v, q->position[v], &hint);
             if (hit.face != QW_NONE) w->of[v][0] = w->exact->found->of_face[hit.face];
         }
-        qw_break_silence(w->env);
+        qw_heartbeat(w->env);
     }
 }
 
@@ -262,7 +265,7 @@ static void project(const holding *w, uint32_t v, double p[3])
 {
     const uint32_t *of = w->of[v];
     if (w->on_tangent[v]) {
-        qw_vec3 at = qw_v3((float)p[0], (float)p[1], (float)p[2]);
+        qw_vec3 at = qw_v3_of_doubles(p);
         qw_curve_hit hit = qw_curve_nearest(w->tangents, at, w->edge[v]);
         if (hit.segment != QW_NONE) p[0] = (double)hit.point.x, p[1] = (double)hit.point.y, p[2] = (double)hit.point.z;
     }
@@ -283,8 +286,9 @@ static void project(const holding *w, uint32_t v, double p[3])
 /* A vertex that went on may have left its primitive: it belongs to what is nearest now. */
 static void look_again(const holding *w, uint32_t v, uint32_t *hint)
 {
+    assert(v < w->quads->vertex_count);
     double *p = w->place + 3 * (size_t)v;
-    qw_vec3 at = qw_v3((float)p[0], (float)p[1], (float)p[2]);
+    qw_vec3 at = qw_v3_of_doubles(p);
     bool is_free = w->of[v][0] != QW_NONE && w->of[v][1] == QW_NONE && !w->on_curve[v];
     if (!is_free || memcmp(&at, &w->looked[v], sizeof at) == 0) return;
     w->looked[v] = at;
@@ -299,9 +303,10 @@ static void look_again(const holding *w, uint32_t v, uint32_t *hint)
 /* How far v is from the nearest tangent that it may lie on, if that is less than half an edge. */
 static float tangent_of(const holding *w, uint32_t v, uint32_t *segment)
 {
+    assert(v < w->quads->vertex_count);
     const double *p = w->place + 3 * (size_t)v;
     const uint32_t *of = w->of[v];
-    qw_vec3 at = qw_v3((float)p[0], (float)p[1], (float)p[2]);
+    qw_vec3 at = qw_v3_of_doubles(p);
     qw_curve_hit hit = qw_curve_nearest(w->tangents, at, REACH * w->edge[v]);
     *segment = hit.segment;
     if (hit.segment == QW_NONE || of[0] == QW_NONE) return INFINITY;
@@ -329,6 +334,7 @@ static bool goes_straight(const holding *w, uint32_t v)
 /* Whether h leads to a vertex that a row along a tangent may have: the vertices on both its sides are farther off. */
 static bool stays_along(const holding *w, uint32_t h)
 {
+    assert(h < 4 * w->quads->face_count);
     const qw_quadmesh *q = w->quads;
     uint32_t v = q->corner[qw_quad_next(h)], segment, beside;
     float off = tangent_of(w, v, &segment);
@@ -342,6 +348,7 @@ static bool stays_along(const holding *w, uint32_t h)
    0 where one is not along the tangent. */
 static uint32_t walk_tangent(const holding *w, uint32_t h, uint32_t start, uint32_t *row, bool *is_closed)
 {
+    assert(h < 4 * w->quads->face_count && start < w->quads->vertex_count);
     const qw_quadmesh *q = w->quads;
     uint32_t count = 0;
     *is_closed = false;
@@ -399,7 +406,7 @@ static void find_tangent_rows(void *user)
         seen[v] = 1;
         if (is_closed) put_row(w, row, ahead);
         else if (behind > 0) put_row(w, row, ahead + 1 + behind);
-        qw_break_silence(w->env);
+        qw_heartbeat(w->env);
     }
     qw_free(w->env, seen), qw_free(w->env, row);
 }
@@ -431,7 +438,7 @@ static uint32_t settle(holding *w)
     qw_vec3 *wanted = QW_NEW(w->env, qw_vec3, n), *now = QW_NEW(w->env, qw_vec3, n);
     for (uint32_t v = 0; v < n; v++) {
         const double *p = w->place + 3 * (size_t)v;
-        now[v] = wanted[v] = qw_v3((float)p[0], (float)p[1], (float)p[2]);
+        now[v] = wanted[v] = qw_v3_of_doubles(p);
     }
     q->position = now;
     qw_hold_back_flips(w->env, q, before);

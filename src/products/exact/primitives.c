@@ -17,7 +17,7 @@ enum {
     SAMPLES = 2000,    /* triangles that are looked at, to see whether the surface may be a designed one */
     MUCH = 12,         /* triangles */
     MOST_SCANNED = 64, /* triangles of a facet whose edges are looked at one by one */
-    TRIALS = PAIRED * (PAIRED - 1) / 2 + 1, /* of a facet */
+    SEEDS = PAIRED * (PAIRED - 1) / 2 + 1, /* of a facet */
     MOST_VAIN = 300 /* facets that are tried in vain, one after another, before the search ends */
 };
 /* The middles of the facets of a cylinder or a cone lie off it by at least so many times as much as its vertices do. */
@@ -64,7 +64,7 @@ typedef struct finder {
     uint8_t *vain;          /* uint8_t[faces]: was of much that grew and was none: it is not begun with again */
     uint32_t *tried;        /* uint32_t[faces]: last growth that has met the triangle */
     double *point, *facing; /* double[vertices][3], double[faces][3]: of the members */
-    struct trial *trial;    /* trial[TRIALS]: of the facet that is tried */
+    struct seed *seed;      /* seed[SEEDS]: of the facet that is tried */
     qw_primitives found;
 } finder;
 
@@ -230,13 +230,13 @@ static uint32_t list_around(const finder *f, uint32_t i, uint32_t around[MOST_AR
 
 /* ---- what is tried */
 
-typedef struct trial {
+typedef struct seed {
     double point[MOST_POINTS][3], normal[MOST_POINTS][3], middle[MOST_POINTS][3];
     uint32_t points, normals;
     qw_primitive_kind last;                    /* kinds from QW_CYLINDER to this are tried */
     bool is_known, is_fit[QW_PRIMITIVE_KINDS]; /* whether the fits have been asked for; those that are near enough */
     qw_primitive fit[QW_PRIMITIVE_KINDS];
-} trial;
+} seed;
 
 static void middle_of_facet(const finder *f, uint32_t i, double middle[3])
 {
@@ -248,7 +248,7 @@ static void middle_of_facet(const finder *f, uint32_t i, double middle[3])
 }
 
 /* False where the facet has too many points. */
-static bool add_facet(finder *f, uint32_t i, trial *p)
+static bool add_facet(finder *f, uint32_t i, seed *p)
 {
     for (uint32_t m = f->begin[i]; m < f->begin[i + 1]; m++)
         for (uint32_t k = 0; k < 3; k++) {
@@ -264,7 +264,7 @@ static bool add_facet(finder *f, uint32_t i, trial *p)
     return true;
 }
 
-static void fit(trial *t, qw_primitive_kind kind)
+static void fit(seed *t, qw_primitive_kind kind)
 {
     const qw_facing facing = {t->normal[0], t->middle[0], t->normals};
     t->is_fit[kind] = t->points > qw_primitive_freedom(kind) &&
@@ -273,10 +273,10 @@ static void fit(trial *t, qw_primitive_kind kind)
 
 static void fit_some(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
-    trial *of = user;
+    seed *of = user;
     (void)block;
     for (uint32_t i = begin; i < end; i++) {
-        trial *t = &of[i / QW_PRIMITIVE_KINDS];
+        seed *t = &of[i / QW_PRIMITIVE_KINDS];
         qw_primitive_kind kind = (qw_primitive_kind)(i % QW_PRIMITIVE_KINDS);
         if (kind >= QW_CYLINDER && kind <= t->last) fit(t, kind);
     }
@@ -379,6 +379,7 @@ static bool breaks_at(const finder *f, uint32_t h)
 /* Whether the surface goes on across h less bent than on one of its sides. */
 static bool ends_at(const finder *f, uint32_t h)
 {
+    assert(h < 3 * f->mesh->face_count);
     if (breaks_at(f, h)) return true;
     uint32_t own = f->facet[h / 3], other = f->facet[f->mesh->twin[h] / 3];
     double along[3];
@@ -466,12 +467,12 @@ static void keep(finder *f, const qw_primitive *p)
     f->found.item[f->found.count++] = *p;
 }
 
-static bool try_patch(finder *f, uint32_t i, trial *patch)
+static bool try_seed(finder *f, uint32_t i, seed *s)
 {
-    for (qw_primitive_kind kind = QW_CYLINDER; kind <= patch->last; kind++) {
-        if (!patch->is_known) fit(patch, kind);
-        if (!patch->is_fit[kind]) continue;
-        qw_primitive p = patch->fit[kind];
+    for (qw_primitive_kind kind = QW_CYLINDER; kind <= s->last; kind++) {
+        if (!s->is_known) fit(s, kind);
+        if (!s->is_fit[kind]) continue;
+        qw_primitive p = s->fit[kind];
         grow(f, i, &p);
         if (!is_certain(f, &p)) {
             for (uint32_t m = 0; f->member_count >= MUCH && m < f->member_count; m++) f->vain[f->member[m]] = 1;
@@ -483,16 +484,16 @@ static bool try_patch(finder *f, uint32_t i, trial *patch)
     return false;
 }
 
-static trial *begin_trial(finder *f, uint32_t i, trial *p, qw_primitive_kind last)
+static seed *begin_seed(finder *f, uint32_t i, seed *p, qw_primitive_kind last)
 {
     p->points = p->normals = 0, p->last = last, p->is_known = false, f->stamp++;
     return add_facet(f, i, p) ? p : NULL;
 }
 
 /* Facet i with those around it and theirs; false where there is no room for all. */
-static bool take_all(finder *f, uint32_t i, const uint32_t *around, uint32_t count, trial *p)
+static bool take_all(finder *f, uint32_t i, const uint32_t *around, uint32_t count, seed *p)
 {
-    bool has_room = begin_trial(f, i, p, QW_TORUS) != NULL;
+    bool has_room = begin_seed(f, i, p, QW_TORUS) != NULL;
     for (uint32_t a = 0; a < count && has_room; a++) has_room = add_facet(f, around[a], p);
     for (uint32_t a = 0; a < count && has_room; a++) {
         uint32_t more[MOST_AROUND], size = f->begin[around[a] + 1] - f->begin[around[a]];
@@ -506,19 +507,19 @@ static bool take_all(finder *f, uint32_t i, const uint32_t *around, uint32_t cou
    most are in vain. */
 static bool try_facet(finder *f, uint32_t i)
 {
-    uint32_t around[MOST_AROUND], count = list_around(f, i, around), trials = 0;
+    uint32_t around[MOST_AROUND], count = list_around(f, i, around), seeds = 0;
     for (uint32_t a = 0; a < count && a < PAIRED; a++)
         for (uint32_t b = a + 1; b < count && b < PAIRED; b++) {
-            trial *p = begin_trial(f, i, &f->trial[trials], QW_CONE);
-            trials += p && add_facet(f, around[a], p) && add_facet(f, around[b], p);
+            seed *p = begin_seed(f, i, &f->seed[seeds], QW_CONE);
+            seeds += p && add_facet(f, around[a], p) && add_facet(f, around[b], p);
         }
-    if (count >= 2) trials += take_all(f, i, around, count, &f->trial[trials]);
+    if (count >= 2) seeds += take_all(f, i, around, count, &f->seed[seeds]);
     if (qw_env_threads(f->env) > 1) {
-        qw_parallel(f->env, trials * QW_PRIMITIVE_KINDS, 1, fit_some, f->trial);
-        for (uint32_t k = 0; k < trials; k++) f->trial[k].is_known = true;
+        qw_parallel(f->env, seeds * QW_PRIMITIVE_KINDS, 1, fit_some, f->seed);
+        for (uint32_t k = 0; k < seeds; k++) f->seed[k].is_known = true;
     }
-    for (uint32_t k = 0; k < trials; k++)
-        if (try_patch(f, i, &f->trial[k])) return true;
+    for (uint32_t k = 0; k < seeds; k++)
+        if (try_seed(f, i, &f->seed[k])) return true;
     return false;
 }
 
@@ -531,7 +532,7 @@ static void find_round(finder *f)
         if (f->found.of_face[f->of[f->begin[i]]] != QW_NONE || qw_dot_doubles(f->plane[i].axis, f->plane[i].axis) == 0)
             continue;
         if (f->begin[i + 1] - f->begin[i] > MOST_SCANNED || f->vain[f->of[f->begin[i]]]) continue;
-        qw_break_silence(f->env);
+        qw_heartbeat(f->env);
         if (try_facet(f, i)) vain = 0;
         else vain++;
     }
@@ -625,7 +626,7 @@ qw_primitives qw_find_primitives(qw_env *env, const qw_trimesh *mesh, const doub
     f.facet = QW_NEW(env, uint32_t, n), f.plane = QW_NEW(env, qw_primitive, n);
     f.seen = QW_NEW_ZERO(env, uint32_t, vertices), f.tried = QW_NEW_ZERO(env, uint32_t, n);
     f.vain = QW_NEW_ZERO(env, uint8_t, n);
-    f.trial = QW_NEW(env, trial, TRIALS), f.member = QW_NEW(env, uint32_t, n),
+    f.seed = QW_NEW(env, seed, SEEDS), f.member = QW_NEW(env, uint32_t, n),
     f.point = QW_NEW(env, double, 3 * (size_t)vertices);
     qw_parallel(env, n, 4096, measure_triangles, &f);
     make_facets(&f);

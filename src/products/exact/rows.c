@@ -66,6 +66,7 @@ static void axes_of(const qw_primitive *p, double u[3], double v[3])
 
 static turned turned_of(const evening *e, uint32_t item, uint32_t vertex)
 {
+    assert(vertex < e->quads->vertex_count);
     const qw_primitive *p = &e->held->item[item];
     double q[3], u[3], v[3];
     axes_of(p, u, v);
@@ -135,6 +136,7 @@ static bool is_beside(const evening *e, uint32_t item, turned of, uint32_t v)
    other: their number; *is_closed where they come back. */
 static uint32_t walk_circle(evening *e, uint32_t item, uint32_t v, uint32_t to, uint32_t *list, bool *is_closed)
 {
+    assert(v < e->quads->vertex_count);
     uint32_t count = 0, last = v;
     turned first = turned_of(e, item, v);
     *is_closed = false;
@@ -176,6 +178,7 @@ static bool find_steps(const evening *e, circle *c)
 
 static void add_circle(evening *e, uint32_t v, uint32_t item, uint32_t *used, uint32_t *list)
 {
+    assert(v < e->quads->vertex_count);
     bool is_closed, is_again;
     circle c = {.begin = *used, .item = item, .root = e->circle_count, .joined = 1};
     uint32_t ahead = walk_circle(e, item, v, e->next[v][0], list, &is_closed), *to = e->vertex + *used;
@@ -234,6 +237,7 @@ static void put_circles(const evening *e)
 /* Whether h runs along the axis of the item (or around it). */
 static bool runs(const evening *e, uint32_t item, uint32_t h, bool around)
 {
+    assert(h < 4 * e->quads->face_count);
     uint32_t a = e->quads->corner[h], b = e->quads->corner[qw_quad_next(h)];
     turned s = turned_of(e, item, a), t = turned_of(e, item, b);
     double up = fabs(t.height - s.height), out = t.radius - s.radius,
@@ -246,6 +250,7 @@ static bool runs(const evening *e, uint32_t item, uint32_t h, bool around)
    around it, into e->line: their number, with both ends. Closed where the last is the first. */
 static uint32_t walk_line(const evening *e, uint32_t item, uint32_t about, uint32_t h, bool around)
 {
+    assert(h < 4 * e->quads->face_count);
     const qw_quadmesh *q = e->quads;
     uint32_t count = 0;
     e->line[count++] = q->corner[h];
@@ -264,6 +269,7 @@ static uint32_t walk_line(const evening *e, uint32_t item, uint32_t about, uint3
 /* The angle about the item's axis at which v will be on its circle. */
 static double angle_about(const evening *e, uint32_t item, uint32_t v)
 {
+    assert(v < e->quads->vertex_count);
     double was[3], *place = e->held->place + 3 * (size_t)v;
     uint32_t about = e->circles[e->circle[v]].item;
     memcpy(was, place, sizeof was);
@@ -288,6 +294,7 @@ static void turn_joined(evening *e, uint32_t root, uint32_t item, double by)
 /* The closed circles of v and w, if they have as many edges, are turned so that both have one angle about the item. */
 static void join_circles(evening *e, uint32_t item, uint32_t v, uint32_t w)
 {
+    assert(v < e->quads->vertex_count && w < e->quads->vertex_count);
     circle *a = &e->circles[e->circle[v]], *b = &e->circles[e->circle[w]];
     if (a->root == b->root || a->count != b->count || !a->is_closed || !b->is_closed) return;
     double apart = turn_between(angle_about(e, item, v), angle_about(e, item, w)), share;
@@ -431,6 +438,7 @@ static void spread(const evening *e, const double *before)
 
 static double least_sine(const qw_quadmesh *q, uint32_t f, const double *place)
 {
+    assert(f < q->face_count);
     double least = 1;
     double n[3] = {0}, c[4][3], length[4];
     for (uint32_t i = 0; i < 4; i++) {

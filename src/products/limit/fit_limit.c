@@ -54,7 +54,7 @@ static void set_positions(const fitting *t)
 {
     for (uint32_t i = 0; i < samples_of(t); i++) {
         const double *p = t->at + 3 * (size_t)i;
-        t->split.position[i] = qw_v3((float)p[0], (float)p[1], (float)p[2]);
+        t->split.position[i] = qw_v3_of_doubles(p);
     }
 }
 
@@ -173,7 +173,7 @@ static void pull_from_surface(qw_env *env, fitting *t)
             hint = hit.face;
             pull_from(t, &limit, &hit, p, step);
         }
-        qw_break_silence(env);
+        qw_heartbeat(env);
     }
 }
 
@@ -268,7 +268,7 @@ static void step_to(qw_env *env, fitting *t, double *x)
     memcpy(before, q->position, q->vertex_count * sizeof *before);
     for (uint32_t v = 0; v < q->vertex_count; v++) {
         const double *p = x + 3 * (size_t)v;
-        if (!is_fixed(t, v)) q->position[v] = qw_v3((float)p[0], (float)p[1], (float)p[2]);
+        if (!is_fixed(t, v)) q->position[v] = qw_v3_of_doubles(p);
     }
     qw_hold_back_flips(env, q, before);
     for (uint32_t v = 0; v < q->vertex_count; v++) {
@@ -375,7 +375,7 @@ void qw_fit_limit(qw_env *env, qw_quadmesh *q, const qw_limit_fit *fit)
     memcpy(x0, x, 3 * (size_t)n * sizeof *x);
     qw_stencils_apply(env, &t.limit, x, t.first);
     for (int round = 0; round < PROJECTIONS; round++) {
-        qw_break_silence(env);
+        qw_heartbeat(env);
         project(env, &t, x, x0);
     }
     hold_back_limit_flips(env, &t, before);

@@ -128,7 +128,7 @@ uint32_t qw_raise_jacobians(qw_env *env, qw_quadmesh *q, const qw_shape *shape, 
         uint32_t bad_now = list_around_bad(&r, marks, list, &count);
         if (round == 0) bad = bad_now;
         if (bad_now == 0) break;
-        qw_break_silence(env);
+        qw_heartbeat(env);
         memset(awake, 1, n);
         any = qw_search_all(&search, list, count);
     }

@@ -113,6 +113,7 @@ static bool find_grid(const joining *j, uint32_t h, uint32_t faces, grid *g)
 /* A ring without a corner is cut at a vertex of its border and half way around. */
 static void cut_ring(joining *j, uint32_t h, uint32_t faces)
 {
+    assert(h < 4 * j->quads->face_count);
     const qw_quadmesh *q = j->quads;
     uint32_t length = 0, at = h;
     do at = straight_on(q, at), length++;

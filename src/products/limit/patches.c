@@ -2,6 +2,7 @@
 
 #include "products/limit/stencils.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -45,6 +46,7 @@ static uint32_t sector_size(const qw_quadmesh *q, uint32_t h)
    a corner one is. */
 static void place_inner(const patching *t, uint32_t h)
 {
+    assert(h < 4 * t->quads->face_count);
     const qw_quadmesh *q = t->quads;
     uint32_t v = q->corner[h], size = sector_size(q, h);
     double n = t->rule[v] == QW_RULE_SMOOTH   ? size
@@ -61,6 +63,7 @@ static void place_inner(const patching *t, uint32_t h)
 /* The point on the edge of h next to its tail; h stands for its edge, or its twin does. */
 static void place_on_edge(const patching *t, uint32_t h, double *out)
 {
+    assert(h < 4 * t->quads->face_count);
     const qw_quadmesh *q = t->quads;
     double sum[3] = {0, 0, 0};
     if (is_sharp(q, h)) {
@@ -103,6 +106,7 @@ static void number_edges(patching *t)
 
 static void fill_face(const patching *t, uint32_t f, uint32_t grid[16], uint32_t side[4], uint8_t is_along[4])
 {
+    assert(f < t->quads->face_count);
     /* of each corner: where it lies in the grid, and the steps ahead along its half-edge and back along the one before
      */
     static const int corner[4] = {0, 12, 15, 3}, ahead[4] = {4, 1, -4, -1}, back[4] = {1, -4, -1, 4};

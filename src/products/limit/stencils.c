@@ -47,6 +47,7 @@ static uint32_t *number_edges(qw_env *env, const qw_quadmesh *q, uint32_t *count
 
 static void connect_child(const qw_quadmesh *q, qw_quadmesh *fine, uint32_t h, const uint32_t *edge, uint32_t edges)
 {
+    assert(h < 4 * q->face_count);
     uint32_t before = qw_quad_prev(h), after = qw_quad_next(h), n = q->vertex_count;
     uint32_t *corner = fine->corner + 4 * (size_t)h, *twin = fine->twin + 4 * (size_t)h;
     uint8_t *mark = fine->mark + 4 * (size_t)h;
@@ -140,6 +141,7 @@ static mask limit_mask(double n) { return (mask){n / (n + 5), 4 / (n * (n + 5)),
 /* The row of a vertex; crease: its own weight on a crease, whose neighbours share the rest. */
 static void put_vertex(row_builder *b, const rules *r, uint32_t v, mask (*mask_of)(double n), double crease)
 {
+    assert(v < r->quads->vertex_count);
     const qw_quadmesh *q = r->quads;
     uint32_t first = r->outgoing[v];
     b->s.first[v] = b->used;
@@ -168,6 +170,7 @@ static size_t most_vertex_entries(const qw_quadmesh *q)
 
 static void put_edge(row_builder *b, const qw_quadmesh *q, uint32_t h)
 {
+    assert(h < 4 * q->face_count);
     uint32_t a = q->corner[h], c = q->corner[qw_quad_next(h)], t = q->twin[h];
     bool sharp = is_sharp(q, h);
     put(b, a, sharp ? 0.5 : 0.375), put(b, c, sharp ? 0.5 : 0.375);

@@ -121,13 +121,13 @@ static void visit_vertices(void *user, uint32_t block, uint32_t begin, uint32_t 
     s->largest[block] = most;
 }
 
-static qw_pilots pilots_of(const sampling *s)
+static qw_probes probes_of(const sampling *s)
 {
     assert(s->samples > 0);
-    qw_pilots pilots = {0};
-    for (uint32_t i; qw_next_pilot(&pilots, s->samples, &i);)
-        pilots.effort += nearest(s->to, point_of_sample(s, i, triangle_of_sample(s, i)), QW_NONE).looked;
-    return pilots;
+    qw_probes probes = {0};
+    for (uint32_t i; qw_next_probe(&probes, s->samples, &i);)
+        probes.effort += nearest(s->to, point_of_sample(s, i, triangle_of_sample(s, i)), QW_NONE).looked;
+    return probes;
 }
 
 typedef struct spread {
@@ -141,8 +141,8 @@ static spread distance_between(qw_env *env, const qw_surface *from, const qw_sur
     uint32_t wanted = qw_wanted_samples(from->mesh.face_count, to->mesh.face_count, SAMPLES_A_FACE, LEAST_SAMPLES,
                                         MOST_SAMPLES);
     sampling s = {.from = from, .to = to, .samples = wanted, .step = 1, .largest = QW_NEW(env, float, blocks)};
-    qw_pilots pilots = pilots_of(&s);
-    s.samples = qw_affordable(&pilots, wanted), s.step = qw_affordable_step(&pilots, from->mesh.vertex_count);
+    qw_probes probes = probes_of(&s);
+    s.samples = qw_affordable(&probes, wanted), s.step = qw_affordable_step(&probes, from->mesh.vertex_count);
     s.distance = QW_NEW(env, float, s.samples), s.order = QW_NEW(env, uint64_t, s.samples);
     qw_parallel(env, s.samples, QW_GRAIN, place_samples, &s);
     qw_sort_u64(s.order, s.samples);
@@ -222,11 +222,11 @@ static int64_t flipped_faces(qw_env *env, const qw_surface *from, const qw_surfa
     uint32_t triangles = from->mesh.face_count, blocks = qw_block_count(triangles, QW_GRAIN);
     flip_task task = {.from = from, .judge = {&to->mesh, to->normal, both, to->bvh, edge, NULL}, .step = 1};
     task.polygon = list_polygons(env, from, faces), task.counts = QW_NEW(env, uint32_t, blocks);
-    qw_pilots pilots = {0};
-    qw_flip_judge pilot = task.judge;
-    pilot.effort = &pilots.effort;
-    for (uint32_t f; qw_next_pilot(&pilots, faces, &f);) is_flipped(&pilot, from, f, &(uint32_t){QW_NONE});
-    task.step = qw_affordable_step(&pilots, faces);
+    qw_probes probes = {0};
+    qw_flip_judge probe = task.judge;
+    probe.effort = &probes.effort;
+    for (uint32_t f; qw_next_probe(&probes, faces, &f);) is_flipped(&probe, from, f, &(uint32_t){QW_NONE});
+    task.step = qw_affordable_step(&probes, faces);
     qw_parallel(env, triangles, QW_GRAIN, count_flipped, &task);
     int64_t count = 0;
     for (uint32_t b = 0; b < blocks; b++) count += task.counts[b];
@@ -333,9 +333,9 @@ static void measure_sharp(qw_env *env, const qw_surface *out, const qw_mesh_view
                 : wanted > MOST_CURVE_SAMPLES ? MOST_CURVE_SAMPLES
                                               : (uint32_t)wanted;
     s.tree = edge_tree(env, out, mesh, edges);
-    qw_pilots pilots = {0};
-    for (uint32_t i; qw_next_pilot(&pilots, s.samples, &i);) pilots.effort += nearest_edge(&s, i).looked;
-    s.samples = qw_affordable(&pilots, s.samples);
+    qw_probes probes = {0};
+    for (uint32_t i; qw_next_probe(&probes, s.samples, &i);) probes.effort += nearest_edge(&s, i).looked;
+    s.samples = qw_affordable(&probes, s.samples);
     s.distance = QW_NEW(env, float, s.samples);
     qw_parallel(env, s.samples, QW_GRAIN, sample_curves, &s);
     double sum = 0;

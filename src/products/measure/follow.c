@@ -144,10 +144,10 @@ static void measure_follow(qw_env *env, const qw_mesh_view *mesh, const qw_polyg
     t.curvature = qw_ball_curvature_make(env, in, against, ball_radius(in, quads));
     t.centres = qw_curve_tree_build(env, centre, centre, quads);
     uint32_t wanted = qw_wanted_samples(in->mesh.face_count, quads, SAMPLES_A_FACE, LEAST_SAMPLES, MOST_SAMPLES);
-    qw_pilots pilots = {0};
-    for (uint32_t i; qw_next_pilot(&pilots, wanted, &i);)
-        pilots.effort += qw_ball_effort(t.curvature, sample_at(in, i, wanted).point) / PIECES_A_TRIANGLE;
-    t.samples = qw_affordable(&pilots, wanted);
+    qw_probes probes = {0};
+    for (uint32_t i; qw_next_probe(&probes, wanted, &i);)
+        probes.effort += qw_ball_effort(t.curvature, sample_at(in, i, wanted).point) / PIECES_A_TRIANGLE;
+    t.samples = qw_affordable(&probes, wanted);
     t.angle = QW_NEW(env, float, t.samples);
     t.weight = QW_NEW(env, float, t.samples);
     t.clear = QW_NEW(env, uint8_t, t.samples);
@@ -201,9 +201,9 @@ static void candidate_planes(const qw_surface *s, plane planes[PLANES])
     qw_principal_axes(m, axis);
     for (int k = 0; k < 3; k++) {
         planes[k].normal = qw_v3(k == 0, k == 1, k == 2);
-        planes[3 + k].normal = qw_normalize(qw_v3((float)axis[k][0], (float)axis[k][1], (float)axis[k][2]));
+        planes[3 + k].normal = qw_normalize(qw_v3_of_doubles(axis[k]));
     }
-    for (int k = 0; k < PLANES; k++) planes[k].point = qw_v3((float)centre[0], (float)centre[1], (float)centre[2]);
+    for (int k = 0; k < PLANES; k++) planes[k].point = qw_v3_of_doubles(centre);
 }
 
 typedef struct mirror_task {
@@ -264,10 +264,10 @@ static const double NOT_BETTER = 0.999;
 static uint32_t thin_mirrored(const mirror_task *t, qw_vec3 *point)
 {
     assert(t->point == point);
-    qw_pilots pilots = {0};
-    for (uint32_t i; qw_next_pilot(&pilots, PLANES * t->samples, &i);)
-        pilots.effort += nearest_to_mirrored(t, i, QW_NONE).looked;
-    uint32_t count = qw_affordable(&pilots, PLANES * t->samples) / PLANES;
+    qw_probes probes = {0};
+    for (uint32_t i; qw_next_probe(&probes, PLANES * t->samples, &i);)
+        probes.effort += nearest_to_mirrored(t, i, QW_NONE).looked;
+    uint32_t count = qw_affordable(&probes, PLANES * t->samples) / PLANES;
     for (uint32_t i = 0; i < count; i++) point[i] = point[(uint64_t)i * t->samples / count];
     return count;
 }

@@ -71,7 +71,7 @@ static void count_bad_faces(const topology_task *t)
 }
 
 /* Directions of the edge with more than one half-edge: 0, 1 or 2. */
-static int64_t crowded_directions(const qw_mesh_view *mesh, const qw_polygon_edges *edges, uint32_t e)
+static int64_t count_directions(const qw_mesh_view *mesh, const qw_polygon_edges *edges, uint32_t e)
 {
     assert(e < edges->edge_count);
     uint32_t first = edges->sorted[edges->edge_begin[e]], count = edges->edge_begin[e + 1] - edges->edge_begin[e],
@@ -94,7 +94,7 @@ static void count_edges(const topology_task *t)
                  f = edges->face[edges->sorted[begin]];
         topology->boundary_edges += count == 1;
         topology->nonmanifold_edges += count > 2;
-        topology->inconsistent_edges += crowded_directions(t->mesh, edges, e);
+        topology->inconsistent_edges += count_directions(t->mesh, edges, e);
         for (uint32_t i = 1; i < count; i++)
             topology->components -= qw_join_sets(t->component, f, edges->face[edges->sorted[begin + i]]);
     }

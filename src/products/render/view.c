@@ -136,9 +136,9 @@ static void find_fades(qw_env *env, view *v)
 
 static void place_dots(view *v)
 {
-    bool crowded = v->scene->dot_count >
-                   v->scene->mesh->vertex_count / 10; /* dots of a visible size would hide the mesh */
-    float least = (crowded ? 0.6f : 2.3f) * (float)v->side, most = 0.014f * (float)v->raster.height;
+    bool dense = v->scene->dot_count >
+                 v->scene->mesh->vertex_count / 10; /* dots of a visible size would hide the mesh */
+    float least = (dense ? 0.6f : 2.3f) * (float)v->side, most = 0.014f * (float)v->raster.height;
     for (uint32_t i = 0; v->dots && i < v->scene->dot_count; i++) {
         v->centres[i] = v->points[v->scene->dots[i].vertex];
         float radius = 0.27f * v->scene->mean_edge * v->camera.scale * v->centres[i].depth;

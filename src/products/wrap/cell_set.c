@@ -98,7 +98,7 @@ void qw_flood_from(qw_flood *f, qw_cell_set *from, const uint32_t at[3], qw_cell
           (uint64_t)1 << at[0] % WORD);
     while (f->count > 0) {
         flood_word(f, from, to, f->stack[--f->count], &b);
-        if (++f->done % LISTEN == 0) qw_break_silence(f->env);
+        if (++f->done % LISTEN == 0) qw_heartbeat(f->env);
     }
     for (int k = 0; k < 3; k++) extent[k] = b.high[k] - b.low[k] + 1;
 }
@@ -176,7 +176,7 @@ bool qw_cell_set_open(qw_env *env, qw_cell_set *c)
     opening o = {env, c, qw_cell_set_new(env, c->across), QW_NEW_ZERO(env, uint8_t, c->across[2])};
     qw_parallel(env, c->across[2], LAYERS, find_middles, &o);
     qw_parallel(env, c->across[2], LAYERS, keep_balls, &o);
-    qw_break_silence(env);
+    qw_heartbeat(env);
     for (uint32_t z = 0; z < c->across[2]; z++) lost |= o.lost[z];
     qw_free(env, o.middle.row), qw_free(env, o.lost);
     return lost;

@@ -1,12 +1,12 @@
 #include "products/wrap/fill.h"
 
 #include "geometry/loops.h"
-#include "products/wrap/hole_patch.h"
+#include "products/wrap/hole_fill.h"
 
 #include <math.h>
 #include <string.h>
 
-/* Of the area of its component: a larger patch would lie on the surface itself, as that of the rim of a disc. */
+/* Of the area of its component: a larger fill would lie on the surface itself, as that of the rim of a disc. */
 static const double MOST_AREA = 0.8;
 
 typedef struct filling {
@@ -25,7 +25,7 @@ typedef struct loop {
     uint32_t count;
 } loop;
 
-/* The patch sees the loop the other way around: vertex i of it is the tail of half[count - 1 - i]. */
+/* The fill sees the loop the other way around: vertex i of it is the tail of half[count - 1 - i]. */
 static uint32_t vertex_of(const loop *l, uint32_t i)
 {
     return l->filling->clean->mesh.corner[l->half[l->count - 1 - i]];
@@ -52,7 +52,7 @@ static void look_beside(const qw_trimesh *m, uint32_t first, qw_vec3 *sum, uint3
         *sum = qw_add(*sum, m->position[m->corner[qw_next(h)]]), ++*count;
 }
 
-static void append(filling *f, const loop *l, const qw_hole_patch *p, uint32_t source, uint32_t component)
+static void append(filling *f, const loop *l, const qw_hole_fill *p, uint32_t source, uint32_t component)
 {
     qw_env *env = f->env;
     uint32_t first = f->vertices;
@@ -85,8 +85,8 @@ static bool close_loop(filling *f, const loop *l, const double *area)
         position[i] = m->position[v];
         look_beside(m, f->outgoing[v], &beside[i], &degree[i]);
     }
-    const qw_patch_rim rim = {n, position, beside, degree, is_joined, l};
-    qw_hole_patch p = qw_patch_hole(env, &rim);
+    const qw_hole_rim rim = {n, position, beside, degree, is_joined, l};
+    qw_hole_fill p = qw_make_hole_fill(env, &rim);
     bool closes = p.area <= MOST_AREA * area[component];
     if (closes) append(f, l, &p, f->clean->source_face[l->half[0] / 3], component);
     qw_scope_end(env);
@@ -129,7 +129,7 @@ qw_fill_counts qw_fill_holes(qw_env *env, qw_clean *clean, int64_t edges)
         uint32_t before = f.faces;
         bool closed = (int64_t)l.count <= edges && close_loop(&f, &l, area);
         counts.holes += closed, counts.left += !closed, counts.triangles += f.faces - before;
-        qw_break_silence(env);
+        qw_heartbeat(env);
     }
     if (counts.holes > 0) {
         clean->mesh =

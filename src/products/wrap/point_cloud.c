@@ -218,7 +218,7 @@ uint32_t qw_triangles_of_points(qw_env *env, const double *position, uint32_t co
     starring s = {env, &t, QW_NEW(env, uint32_t, (size_t)count * MOST_SIDES)};
     memset(s.star, 0xff, (size_t)count * MOST_SIDES * sizeof *s.star); /* QW_NONE: points at the place of another */
     qw_parallel(env, t.boxes.count, QW_GRAIN_HEAVY, star_block, &s);
-    qw_break_silence(env);
+    qw_heartbeat(env);
     size_t kept = 0, all = 0;
     uint32_t *first = QW_NEW_ZERO(env, uint32_t, count);
     for (uint32_t p = 0; p < count; p++) add_triangles(s.star + (size_t)p * MOST_SIDES, p, first, NULL);

@@ -94,7 +94,7 @@ qw_skin qw_skin_of_lattice(qw_env *env, const qw_wrap_lattice *lattice)
         uint32_t *used = c.layer[0];
         c.layer[0] = c.layer[1], c.layer[1] = used;
         memset(used, 0xff, count * sizeof *used);
-        qw_break_silence(env);
+        qw_heartbeat(env);
     }
     qw_free(env, c.layer[0]), qw_free(env, c.layer[1]);
     link_all(&s);

@@ -95,7 +95,7 @@ static void work_on_kind(blocks *b, uint32_t kind)
             b->chosen[chosen] = i, b->room[chosen++] = room_of(b, i);
     for (uint32_t c = 0; c < chosen; c++) put_off_what_left(b, c);
     qw_parallel(b->env, chosen, 1, work_through, b);
-    qw_break_silence(b->env);
+    qw_heartbeat(b->env);
     for (uint32_t c = 0; c < chosen; c++) qw_guard_leave(&b->room[c]);
 }
 
@@ -129,7 +129,7 @@ void qw_in_blocks(qw_env *env, qw_guard *g, uint32_t count, const qw_block_work 
     qw_guard_room whole = qw_guard_everywhere(g);
     for (uint32_t i = 0; i < count; i++) {
         if (!b.late[i]) continue;
-        qw_break_silence(env);
+        qw_heartbeat(env);
         work->step(work->user, &whole, i, &hint);
     }
     qw_scope_end(env);

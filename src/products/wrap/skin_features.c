@@ -137,7 +137,7 @@ static uint8_t *wanted_edges(qw_env *env, const qw_skin *s, const qw_wrap_target
 {
     asking a = {env, s, target, near, is_wanted, QW_NEW_ZERO(env, uint8_t, 3 * (size_t)s->face_count), NULL};
     qw_parallel(env, 3 * s->face_count, QW_GRAIN, ask_half_edges, &a);
-    qw_break_silence(env);
+    qw_heartbeat(env);
     return a.wanted;
 }
 
@@ -189,7 +189,7 @@ void qw_snap_to_features(qw_env *env, qw_guard *g, const qw_wrap_target *target,
     qw_scope_begin(env);
     asking a = {.env = env, .skin = s, .target = target, .near = near, .face = QW_NEW(env, plane, s->face_count)};
     qw_parallel(env, s->face_count, QW_GRAIN, ask_faces, &a);
-    qw_break_silence(env);
+    qw_heartbeat(env);
     qw_in_blocks(env, g, s->vertex_count, &(qw_block_work){&a, qw_living_vertex, snap_vertex});
     qw_scope_end(env);
 }
@@ -273,7 +273,7 @@ void qw_split_at_features(qw_env *env, qw_guard *g, const qw_wrap_target *target
     qw_guard_room room = qw_guard_everywhere(g); /* as splits make vertices and faces, which are numbered one by one */
     for (uint32_t h = 0; h < count; h++) {
         double to[3];
-        if (h % QW_GRAIN == 0) qw_break_silence(env);
+        if (h % QW_GRAIN == 0) qw_heartbeat(env);
         if (!wanted[h]) continue;
         if (split_place(s, target, h, &hint, to)) try_split(&room, h, to);
     }

@@ -164,7 +164,7 @@ qw_clean_input qw_visible_part(qw_env *env, const qw_clean_input *input, double 
     memcpy(c.position, input->position, 3 * (size_t)n * sizeof *c.position);
     for (uint32_t t = 0; t < f.triangles.count; t++) {
         piece p;
-        if (t % LISTEN == 0) qw_break_silence(env);
+        if (t % LISTEN == 0) qw_heartbeat(env);
         memcpy(p.corner, f.triangles.corner + 3 * (size_t)t, sizeof p.corner);
         cut(&c, p);
     }

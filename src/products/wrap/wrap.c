@@ -203,7 +203,7 @@ qw_wrapped qw_wrap(qw_env *env, const qw_clean_input *input, double distance)
     w.stats = qw_wrap_stats_of(env, &f.lattice, &f.triangles, input->vertex_count, &skin, &target, touched);
     memcpy(w.origin, skin.frame.origin, sizeof w.origin), w.unit = skin.frame.unit;
     w.triangles = f.polygons.count, w.hidden = target.hidden;
-    w.clusters = f.lattice.clusters, w.crumbs = f.lattice.crumbs;
+    w.clusters = f.lattice.clusters, w.fragments = f.lattice.fragments;
     qw_scope_end(env);
     return w;
 }

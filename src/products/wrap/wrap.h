@@ -14,7 +14,7 @@ typedef struct qw_wrapped {
     double distance;        /* that was used, in the coordinates of the input */
     double origin[3], unit; /* vertices lie at the origin and whole numbers of units, at most 2^24, along each axis */
     int64_t triangles;      /* of the input */
-    int64_t clusters, crumbs, hidden; /* components of the skin; clusters too small for one; triangles not seen */
+    int64_t clusters, fragments, hidden; /* components of the skin; clusters too small for one; triangles not seen */
     qw_wrap_stats stats;
 } qw_wrapped;
 

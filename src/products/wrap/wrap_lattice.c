@@ -9,7 +9,7 @@
 enum {
     MARGIN = 4,       /* cells about the box */
     SLAB = 4,         /* layers that one task marks */
-    CRUMB = 5,        /* cells: a cluster no larger than that in any direction is a crumb */
+    FRAGMENT = 5,     /* cells: a cluster no larger than that in any direction is a fragment */
     LISTEN = 1 << 16, /* cells between two words to the host */
     MOST_SLABS = 8    /* that triangles meet in the mean: where they meet more, they are not listed */
 };
@@ -147,7 +147,7 @@ static uint64_t sort_into_slabs(const marking *m)
     for (uint32_t t = 0; t < m->triangles->count; t++) {
         double p[3][3];
         uint32_t low[3], high[3];
-        if (t % LISTEN == 0) qw_break_silence(m->env);
+        if (t % LISTEN == 0) qw_heartbeat(m->env);
         triangle_at(m, t, p);
         cells_of(m->frame, (const double(*)[3])p, low, high);
         for (uint32_t s = low[2] / SLAB; low[2] < high[2] && s <= (high[2] - 1) / SLAB; s++, all++) {
@@ -198,7 +198,7 @@ static qw_cell_set met_cells(qw_env *env, const qw_wrap_frame *frame, const qw_w
     marking m = {env, frame, triangles, qw_cell_set_new(env, frame->cells), NULL, NULL};
     list_triangles(&m);
     qw_parallel(env, frame->cells[2], SLAB, mark_slab, &m);
-    qw_break_silence(env);
+    qw_heartbeat(env);
     qw_free(env, m.begin), qw_free(env, m.list);
     return m.met;
 }
@@ -276,7 +276,7 @@ static void fill_until_manifold(qw_env *env, qw_cell_set *outside)
     joining j = {.env = env, .outside = outside};
     for (uint32_t bits = 0; bits < 256; bits++) j.good[bits] = is_joined(bits) && is_joined(~bits & 255);
     for (uint32_t z = 1; z < outside->across[2]; z++) {
-        qw_break_silence(env);
+        qw_heartbeat(env);
         for (uint32_t y = 1; y < outside->across[1]; y++)
             for (uint32_t w = 0; w < outside->words; w++)
                 for (uint64_t rest = mixed_corners(outside, w, y, z); rest; rest &= rest - 1) {
@@ -305,11 +305,11 @@ static void reach_again(qw_flood *f, qw_cell_set *outside)
     *outside = reached;
 }
 
-/* Drops the clusters that are crumbs, unless all are. */
-static void drop_crumbs(qw_flood *f, qw_wrap_lattice *l)
+/* Drops the clusters that are fragments, unless all are. */
+static void drop_fragments(qw_flood *f, qw_wrap_lattice *l)
 {
     qw_cell_set inside = qw_cell_set_others(f->env, &l->outside), counted = qw_cell_set_new(f->env, inside.across);
-    corner *crumb = NULL;
+    corner *fragment = NULL;
     size_t capacity = 0;
     uint32_t extent[3];
     for (uint32_t z = 0; z < inside.across[2]; z++)
@@ -318,16 +318,16 @@ static void drop_crumbs(qw_flood *f, qw_wrap_lattice *l)
                 for (uint64_t rest; (rest = qw_cell_set_row(&inside, y, z)[w]);) {
                     corner first = {{w * 64 + (uint32_t)__builtin_ctzll(rest), y, z}};
                     qw_flood_from(f, &inside, first.at, &counted, extent);
-                    if (extent[0] > CRUMB || extent[1] > CRUMB || extent[2] > CRUMB) {
+                    if (extent[0] > FRAGMENT || extent[1] > FRAGMENT || extent[2] > FRAGMENT) {
                         l->clusters++;
                         continue;
                     }
-                    crumb = qw_grow(f->env, crumb, &capacity, (size_t)l->crumbs + 1, sizeof *crumb);
-                    crumb[l->crumbs++] = first;
+                    fragment = qw_grow(f->env, fragment, &capacity, (size_t)l->fragments + 1, sizeof *fragment);
+                    fragment[l->fragments++] = first;
                 }
-    if (l->clusters == 0) l->clusters = l->crumbs, l->crumbs = 0;
-    for (int64_t i = 0; i < l->crumbs; i++) qw_flood_from(f, &counted, crumb[i].at, &l->outside, extent);
-    qw_free(f->env, crumb), qw_free(f->env, inside.row), qw_free(f->env, counted.row);
+    if (l->clusters == 0) l->clusters = l->fragments, l->fragments = 0;
+    for (int64_t i = 0; i < l->fragments; i++) qw_flood_from(f, &counted, fragment[i].at, &l->outside, extent);
+    qw_free(f->env, fragment), qw_free(f->env, inside.row), qw_free(f->env, counted.row);
 }
 
 qw_wrap_lattice qw_wrap_lattice_fill(qw_env *env, const qw_wrap_frame *frame, const qw_wrap_triangles *triangles,
@@ -346,7 +346,7 @@ qw_wrap_lattice qw_wrap_lattice_fill(qw_env *env, const qw_wrap_frame *frame, co
         fill_until_manifold(env, &l.outside);
         reach_again(&f, &l.outside);
     } while (closes && qw_cell_set_open(env, &l.outside));
-    drop_crumbs(&f, &l);
+    drop_fragments(&f, &l);
     qw_flood_end(&f);
     return l;
 }

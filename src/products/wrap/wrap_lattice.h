@@ -28,7 +28,7 @@ typedef struct qw_wrap_lattice {
     qw_wrap_frame frame;
     size_t count; /* cells */
     qw_cell_set outside;
-    int64_t crumbs; /* clusters that were dropped, as none is larger than five cells */
+    int64_t fragments; /* clusters that were dropped, as none is larger than five cells */
     int64_t clusters;
 } qw_wrap_lattice;
 

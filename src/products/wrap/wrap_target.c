@@ -70,7 +70,7 @@ qw_wrap_target qw_wrap_target_build(qw_env *env, const qw_wrap_lattice *lattice,
     qw_wrap_target t = {.visible = QW_NEW_ZERO(env, uint8_t, triangles->count)};
     looking l = {env, lattice, triangles, t.visible};
     qw_parallel(env, triangles->count, 256, look, &l);
-    qw_break_silence(env);
+    qw_heartbeat(env);
     t.mesh.vertex_count = vertex_count;
     t.mesh.position = QW_NEW(env, qw_vec3, vertex_count);
     for (uint32_t v = 0; v < vertex_count; v++) t.mesh.position[v] = qw_in_tree(triangles->position + 3 * (size_t)v);

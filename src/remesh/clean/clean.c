@@ -130,6 +130,7 @@ typedef struct boxing {
     box *boxes; /* box[blocks] */
 } boxing;
 
+/* The box around the corners of a block's triangles. */
 static void hold_corners(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const boxing *a = user;
@@ -143,6 +144,7 @@ static void hold_corners(void *user, uint32_t block, uint32_t begin, uint32_t en
     a->boxes[block] = b;
 }
 
+/* The box around all corners; vertices without a triangle do not count. */
 static box box_of_corners(qw_env *env, const qw_sheets *s, const double *position)
 {
     uint32_t blocks = qw_block_count(s->face_count, QW_GRAIN_LIGHT);
@@ -224,8 +226,11 @@ static bool has_area(const qw_sheets *s, const qw_frame *frame)
 
 /* ---- result */
 
+/* The cleaned surface in single precision, out of the sheets: kept after the scope. Components that single
+ * precision would flatten get frames of their own. */
 static qw_clean result_of(qw_env *env, const qw_sheets *s, const qw_frame *frame, const qw_clean_counts *counts)
 {
+    assert(s->components <= s->face_count);
     qw_clean c = {.frame = *frame,
                   .component = s->component,
                   .components = s->components,
@@ -255,10 +260,10 @@ static void make_sheets(qw_env *env, qw_sheets *s, qw_edges *edges, double least
                         qw_clean_counts *counts)
 {
     assert(least_share >= 0 && least_share <= 1);
-    uint32_t crowded;
-    counts->dropped_duplicate = qw_pair_sides(env, s, edges, &crowded);
+    uint32_t nonmanifold;
+    counts->dropped_duplicate = qw_pair_sides(env, s, edges, &nonmanifold);
     qw_edges_free(env, edges);
-    counts->split_edges = crowded;
+    counts->split_edges = nonmanifold;
     qw_progress(env, 0.7);
     qw_oriented oriented = qw_orient_sheets(env, s, outward);
     counts->flipped_triangles = oriented.triangles, counts->flipped_alone = oriented.alone;
@@ -267,7 +272,7 @@ static void make_sheets(qw_env *env, qw_sheets *s, qw_edges *edges, double least
     counts->split_vertices = qw_split_fans(env, s);
     counts->dropped_isolated = named + counts->split_vertices - s->vertex_count - counts->welded_vertices;
     if (least_share > 0) counts->dropped_components = qw_drop_small_components(env, s, least_share);
-    uint32_t separated = crowded + oriented.seams + s->apart > 0 && qw_uses(env, QW_MECH_PARALLEL_EDGES)
+    uint32_t separated = nonmanifold + oriented.seams + s->apart > 0 && qw_uses(env, QW_MECH_PARALLEL_EDGES)
                              ? qw_split_parallel_edges(env, s)
                              : 0;
     qw_did(env, QW_MECH_PARALLEL_EDGES, separated);

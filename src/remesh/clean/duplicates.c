@@ -49,6 +49,7 @@ static uint32_t drop_at_edge(const qw_sheets *s, const uint64_t *side, uint32_t 
     return dropped;
 }
 
+/* Drops all but one of the triangles with the same three corners. Returns how many. */
 static uint32_t drop_equals(qw_env *env, const qw_sheets *s, const qw_edges *edges, uint8_t *kind)
 {
     size_t capacity = 0;
@@ -73,6 +74,7 @@ typedef struct flaps {
     uint8_t *loose;   /* uint8_t[face_count]: 1 hangs on other faces; 2 an odd number of them, which need it */
 } flaps;
 
+/* Of a triangle, in the coordinates of the file. */
 static double area_of(const qw_sheets *s, uint32_t f)
 {
     assert(f < s->face_count);
@@ -113,6 +115,8 @@ static void visit_edges(flaps *t, const qw_sheets *s, const qw_edges *edges, con
         }
 }
 
+/* Drops flaps: connected sets of hollow triangles that hang on the rest along a single edge and are small
+ * (FLAP_AREA). Returns how many triangles. */
 static uint32_t drop_flaps(qw_env *env, const qw_sheets *s, const qw_edges *edges, uint8_t *kind)
 {
     flaps t = {.parent = QW_NEW(env, uint32_t, s->face_count), .area = QW_NEW_ZERO(env, double, s->face_count)};

@@ -6,8 +6,10 @@
 
 #include <assert.h>
 
+/* Of a triangle, in the coordinates of the file. */
 static double area_of(const qw_sheets *s, uint32_t f)
 {
+    assert(f < s->face_count);
     const double *p[3];
     for (size_t i = 0; i < 3; i++) p[i] = s->position + 3 * (size_t)s->point[s->corner[3 * (size_t)f + i]];
     double sum = 0;

@@ -54,6 +54,7 @@ static uint32_t count_open(const qw_edges *edges, uint32_t vertex_count)
     return count;
 }
 
+/* Lists the edges with one triangle, and sorts them by their ends, both ways round. */
 static void find_open_edges(sewing *w, const qw_edges *edges)
 {
     const qw_sheets *s = w->sheets;
@@ -124,6 +125,7 @@ static double distance2(const double *p, const double *q)
 /* The first of the open edges from v, in `along`. */
 static size_t first_along(const sewing *w, uint32_t v)
 {
+    assert(v < w->sheets->vertex_count);
     size_t begin = 0, end = 2 * (size_t)w->edges;
     while (begin < end) {
         size_t middle = begin + (end - begin) / 2;
@@ -136,6 +138,7 @@ static size_t first_along(const sewing *w, uint32_t v)
 /* Whether vertex v lies inside edge e, which another open edge from v goes along, whose face goes on from that of e. */
 static bool lies_on(const sewing *w, const open_edge *e, uint32_t v)
 {
+    assert(v < w->sheets->vertex_count);
     double near2 = w->tolerance * w->tolerance, off;
     const double *p = point_of(w, v);
     if (v == e->from || v == e->to) return false;
@@ -163,8 +166,10 @@ static bool is_outside(const qw_box_node *n, const double *p)
     return false;
 }
 
+/* Notes a split of each open edge that vertex v lies on, by the tree of boxes around the edges. */
 static void ask_edges(sewing *w, uint32_t v)
 {
+    assert(v < w->sheets->vertex_count);
     uint32_t stack[QW_BOX_STACK], top = 0;
     const double *p = point_of(w, v);
     stack[top++] = 0;
@@ -198,7 +203,7 @@ static bool ask_all(sewing *w)
     uint8_t *has_asked = QW_NEW_ZERO(w->env, uint8_t, w->sheets->vertex_count);
     for (uint32_t i = 0; i < w->edges; i++) {
         const uint32_t ends[2] = {w->edge[i].from, w->edge[i].to};
-        qw_break_silence(w->env);
+        qw_heartbeat(w->env);
         for (int k = 0; k < 2; k++) {
             if (!has_asked[ends[k]]) ask_edges(w, ends[k]);
             has_asked[ends[k]] = 1;
@@ -209,6 +214,8 @@ static bool ask_all(sewing *w)
     return true;
 }
 
+/* Finds all vertices that lie on open edges, an edge's in the order along it. False: none, or there would be too
+ * many questions. */
 static bool find_splits(sewing *w)
 {
     if (!ask_all(w)) return false;
@@ -241,6 +248,7 @@ static void put(pieces *p, uint32_t at, uint32_t a, uint32_t b, uint32_t c)
    stays the first. Returns the half-edge that the one after h has become. */
 static uint32_t split_at(const sewing *w, pieces *p, uint32_t number, uint32_t h)
 {
+    assert(h < 3 * p->count);
     const open_edge *e = &w->edge[number];
     uint32_t f = h / 3, from = p->corner[h], to = p->corner[qw_next(h)], apex = p->corner[qw_prev(h)];
     uint32_t last_of = p->of[qw_next(h)], first_of = p->of[qw_prev(h)], source = p->source[f], at = f;
@@ -285,7 +293,7 @@ static void split_faces(const sewing *w, const uint32_t *at, pieces *p)
 }
 
 /* Takes back the splits of edges of which no part is closed now, or one has more than two sides. Returns whether there
-   are any. closed: uint8_t[edges]: 1 yes, 2 crowded. */
+   are any. closed: uint8_t[edges]: 1 yes, 2 nonmanifold. */
 static bool take_back(sewing *w, const pieces *p, uint8_t *closed)
 {
     qw_edges edges = qw_edges_build(w->env, 3, p->corner, p->count, w->sheets->vertex_count);
@@ -309,6 +317,8 @@ static bool take_back(sewing *w, const pieces *p, uint8_t *closed)
     return any;
 }
 
+/* Splits triangles at the vertices that lie on their open edges, in rounds, until no split is taken back. Returns
+ * how many splits stay. */
 static uint32_t sew(sewing *w, qw_sheets *s, uint8_t *is_sewn)
 {
     size_t faces = s->face_count + w->splits;

@@ -1,7 +1,7 @@
 /* Orientation: neighbours alike by a flood, then each component as a whole.
  *
  * The flood turns a face over when its neighbour asks for it. Where two parts of the front meet with contradicting
- * wishes the component is one-sided, and the edge is cut. The flood takes all faces that agree in the file before it
+ * wants the component is one-sided, and the edge is cut. The flood takes all faces that agree in the file before it
  * crosses to those that do not, so that the cuts form a seam where the file disagrees with itself, and short because
  * the front is breadth first. A closed component is turned outward by the sign of its volume, but a cavity keeps what
  * the file says: one whose faces agreed from the start and that lies in the material of the other closed ones (a ray
@@ -49,22 +49,27 @@ static bool disagrees(const qw_sheets *s, uint32_t h, uint32_t t)
     return same_direction(s, h, t) && s->kind[h / 3] != QW_FACE_BOTH && s->kind[t / 3] != QW_FACE_BOTH;
 }
 
+/* Goes on across half-edge h: the neighbour is turned to agree, or, where it has been turned otherwise, the edge
+ * becomes a seam. */
 static void cross(qw_sheets *s, pieces *p, uint32_t h, front *q, uint32_t *seams)
 {
     assert(h < 3 * s->face_count);
+    assert(p->of[h / 3] != QW_NONE);
     uint32_t t = s->twin[h];
     if (t == QW_NONE) return;
-    uint8_t wish = p->turned[h / 3] ^ same_direction(s, h, t);
+    uint8_t wanted = p->turned[h / 3] ^ same_direction(s, h, t);
     if (p->of[t / 3] == QW_NONE) {
         p->of[t / 3] = p->of[h / 3];
-        p->turned[t / 3] = wish;
+        p->turned[t / 3] = wanted;
         q->now[q->now_count++] = t / 3;
-    } else if (p->turned[t / 3] != wish) {
+    } else if (p->turned[t / 3] != wanted) {
         s->twin[h] = s->twin[t] = QW_NONE;
         ++*seams;
     }
 }
 
+/* Collects the piece of the seed: over edges whose sides agree in the file first, over the others when none of
+ * those is left. */
 static void flood_from(qw_env *env, qw_sheets *s, pieces *p, uint32_t seed, front *q, uint32_t *seams)
 {
     assert(seed < s->face_count);
@@ -116,6 +121,7 @@ static void begin_piece(qw_env *env, pieces *p, uint32_t first)
     p->piece[p->count++] = (piece){.first_face = first, .closed = true};
 }
 
+/* Cuts the surface into pieces that can be oriented alike. *seams: raised by each edge that is cut. */
 static void flood(qw_env *env, qw_sheets *s, pieces *p, uint32_t *seams)
 {
     front queue = {.now = QW_NEW(env, uint32_t, s->face_count)};
@@ -146,6 +152,7 @@ static pieces find_pieces(qw_env *env, qw_sheets *s, uint32_t *seams)
 /* Twice the face's area along its normal. */
 static void area_vector(const qw_sheets *s, uint32_t f, double *n)
 {
+    assert(f < s->face_count);
     const double *a = corner_point(s, 3 * (size_t)f), *b = corner_point(s, 3 * (size_t)f + 1),
                  *c = corner_point(s, 3 * (size_t)f + 2);
     double u[3], v[3];
@@ -169,9 +176,11 @@ typedef struct measuring {
     portion *portion; /* portion[face_count] */
 } measuring;
 
+/* What each triangle adds to its piece: signed volume, area and whether it is open. */
 static void measure_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
+    assert(end <= ((const measuring *)user)->sheets->face_count);
     const measuring *m = user;
     const qw_sheets *s = m->sheets;
     for (uint32_t f = begin; f < end; f++) {
@@ -244,6 +253,8 @@ static bool crosses_above(const qw_sheets *s, uint32_t f, const double *p)
     return n[2] > 0 ? above > 0 : above < 0;
 }
 
+/* The closed pieces of negative volume that are all as in the file: cavities, or inside out, which rays from their
+ * first triangles tell. Sorted for the sweep. */
 static suspects find_suspects(qw_env *env, const qw_sheets *s, const pieces *p)
 {
     suspects t = {.key = QW_NEW(env, uint64_t, p->count), .crossings = QW_NEW_ZERO(env, uint32_t, p->count)};

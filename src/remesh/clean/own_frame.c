@@ -256,7 +256,7 @@ qw_own_frames qw_take_own_frames(qw_env *env, const qw_sheets *s, qw_vec3 *posit
     size_t room = 0;
     for (uint32_t c = 0; c < s->components; c++) {
         corners all = {s, face + begin[c], begin[c + 1] - begin[c], false};
-        if (c % 1024 == 0) qw_break_silence(env);
+        if (c % 1024 == 0) qw_heartbeat(env);
         if (!suspect[c]) continue;
         all.closed = is_closed(&all);
         own.frame = qw_grow(env, own.frame, &room, (size_t)own.count + 1, sizeof *own.frame);

@@ -55,6 +55,7 @@ static uint32_t split_face(qw_sheets *s, uint8_t *flag, uint32_t h, uint32_t m)
     return f;
 }
 
+/* Puts a vertex in the middle of an edge, and splits the triangles on both sides. */
 static void split_edge(qw_sheets *s, uint8_t *flag, uint32_t h)
 {
     assert(h < 3 * s->face_count);

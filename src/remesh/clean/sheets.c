@@ -26,6 +26,7 @@ uint32_t qw_drop_degenerate(qw_sheets *s)
     return dropped;
 }
 
+/* Closes the gaps of dropped triangles. moved: uint32_t[faces], receives their new numbers. */
 static void compact_faces(qw_sheets *s, uint32_t *moved)
 {
     assert(s->kind && moved);
@@ -56,7 +57,7 @@ static uint32_t largest_edge(const qw_edges *edges, uint32_t vertex_count)
     return largest;
 }
 
-/* An edge with more faces than this is no surface that anyone meant; its sides are paired in the order of the file, so
+/* An edge with more faces than this is no surface that anyone built; its sides are paired in the order of the file, so
    that the work stays linear. */
 enum { MOST_BY_ANGLE = 32 };
 
@@ -75,6 +76,8 @@ static void unit(double *v)
 
 static const double *position_of(const qw_sheets *s, uint32_t v) { return s->position + 3 * (size_t)v; }
 
+/* For each wing (a triangle at an edge with several) the direction away from the edge, of unit length and square to
+ * it. axis: receives the edge's own. */
 static void wing_directions(const qw_sheets *s, uint32_t lower, uint32_t upper, wing *w, uint32_t count, double *axis)
 {
     assert(lower < upper && upper < s->vertex_count);
@@ -139,6 +142,7 @@ static bool may_pair(const wing *a, const wing *b, bool both)
     return (a->forward || a->both) && (!b->forward || b->both);
 }
 
+/* Joins wings two by two, those that score best first, until no two may be joined. count: of the wings, few. */
 static void pair_by_angle(qw_sheets *s, const double *axis, wing *w, uint32_t count, bool both)
 {
     assert(count > 1);
@@ -159,6 +163,7 @@ static void pair_by_angle(qw_sheets *s, const double *axis, wing *w, uint32_t co
     }
 }
 
+/* Joins the sides of an edge with very many, one of each direction, in the order of the file. */
 static void pair_in_order(qw_sheets *s, uint32_t lower, const uint32_t *half, uint32_t count)
 {
     uint32_t a = 0, b = 0; /* a walks the sides of one direction, b those of the other */
@@ -206,6 +211,7 @@ typedef struct plain_pairs {
     uint8_t *strange;
 } plain_pairs;
 
+/* Joins the two sides of ordinary edges; notes where a block has others, which need more thought. */
 static void pair_plainly(void *user, uint32_t block, uint32_t begin, uint32_t end_vertex)
 {
     plain_pairs *p = user;
@@ -233,14 +239,14 @@ static bool pair_all_plainly(qw_env *env, qw_sheets *s, const qw_edges *edges)
     return strange == 0;
 }
 
-uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_t *crowded)
+uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_t *nonmanifold)
 {
-    assert(edges->side && crowded);
+    assert(edges->side && nonmanifold);
     size_t half_edges = 3 * (size_t)s->face_count;
     s->twin = QW_NEW(env, uint32_t, half_edges);
     memset(s->twin, 0xff, half_edges * sizeof(uint32_t));
     s->kind = QW_NEW_ZERO(env, uint8_t, s->face_count);
-    *crowded = s->apart = 0;
+    *nonmanifold = s->apart = 0;
     if (pair_all_plainly(env, s, edges)) return 0;
     memset(s->twin, 0xff, half_edges * sizeof(uint32_t));
     qw_scope_begin(env);
@@ -253,7 +259,7 @@ uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_
             for (uint32_t j = i; j < end; j++)
                 if (s->kind[qw_side_half(edges->side[j]) / 3] != QW_FACE_DROPPED)
                     half[count++] = qw_side_half(edges->side[j]);
-            *crowded += pair_edge(s, v, qw_side_upper(edges->side[i]), half, count);
+            *nonmanifold += pair_edge(s, v, qw_side_upper(edges->side[i]), half, count);
         }
     if (dropped) compact_faces(s, QW_NEW(env, uint32_t, s->face_count));
     qw_scope_end(env);
@@ -289,6 +295,7 @@ typedef struct fans {
     uint64_t *corners;    /* uint64_t[blocks]: of the fans that those are in */
 } fans;
 
+/* Counts the corners of the fans that the vertices of a block keep. */
 static void count_fan_corners(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const fans *t = user;

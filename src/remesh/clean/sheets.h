@@ -47,8 +47,8 @@ uint32_t qw_find_duplicates(qw_env *env, const qw_sheets *s, const qw_edges *edg
 /* Drops duplicates and sets twin and kind. Where more than two sides meet at an edge, sides of opposite direction are
    paired by the widest angle, then those of faces that may be turned either way, and what is left becomes boundary; so
    do two sides that stay apart. Sets `apart`.
-   *crowded: the number of such edges. Returns the number of faces dropped. */
-uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_t *crowded);
+   *nonmanifold: the number of such edges. Returns the number of faces dropped. */
+uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_t *nonmanifold);
 /* What orienting changed. */
 typedef struct qw_oriented {
     uint32_t seams;      /* edges that were cut, as a component is one-sided */

@@ -93,6 +93,7 @@ static bool is_face_up(const qw_trimesh *m, const ring *r, uint32_t middle, uint
  */
 static bool reaches_middle(const qw_trimesh *m, const ring *r, uint32_t middle, uint32_t f)
 {
+    assert(f < m->face_count);
     for (int step = 0; step < MOST_STEPS; step++) {
         uint32_t out = QW_NONE;
         float farthest = 0;
@@ -177,6 +178,8 @@ static bool is_marked(marked *a, qw_vec3 place)
     return qw_is_mark_end(&a->ends, place);
 }
 
+/* Moves a vertex around which triangles are folded over one another to where none is, if there is such a place.
+ * Returns whether it moved. */
 static bool unfold_vertex(qw_trimesh *m, marked *marks, uint32_t outgoing)
 {
     assert(outgoing < 3 * m->face_count);
@@ -195,6 +198,7 @@ typedef struct flagging {
     uint8_t *flag; /* [faces] 1: lies on a neighbour */
 } flagging;
 
+/* Flags triangles that face nearly against a neighbour. */
 static void flag_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;

@@ -81,8 +81,11 @@ static pair measure(const finder *f, uint64_t key)
     return p;
 }
 
+/* Adds the pair of marked half-edges that face each other, if a band between them is narrow enough; on the first
+ * call, when there are no keys yet, it only counts. */
 static void add_pair(finder *f, uint32_t a, uint32_t b)
 {
+    assert(a < 3 * f->mesh->face_count && b < 3 * f->mesh->face_count);
     uint32_t ra = f->graph->arc_of[a], rb = f->graph->arc_of[b];
     /* side by side from one node on they are an acute corner: one of them gives way there, but only near the corner
        (remesh/quantise/acute_corners.h) */
@@ -106,6 +109,7 @@ static void add_pairs_at(finder *f, uint32_t u, uint32_t v)
 /* All at each neighbour of a vertex that lies on no curve against all at the others. */
 static void add_pairs_around(finder *f, uint32_t v)
 {
+    assert(v < f->mesh->vertex_count);
     const qw_trimesh *mesh = f->mesh;
     uint32_t first = f->outgoing[v], h = first;
     do {
@@ -137,6 +141,7 @@ static size_t find_band(const finder *f, uint32_t a, uint32_t b)
     return low < f->bands && f->band[low] == key ? low : f->bands;
 }
 
+/* Gathers the pairs by the two arcs on whose edges they lie: each two arcs make one band. */
 static void make_bands(qw_env *env, finder *f)
 {
     const uint32_t *arc_of = f->graph->arc_of;
@@ -155,6 +160,7 @@ static void make_bands(qw_env *env, finder *f)
 /* A band that ends at nodes u and v, by arcs from there; bands: none does. */
 static size_t band_at(const finder *f, uint32_t u, uint32_t v, bool joins)
 {
+    assert(u < f->mesh->vertex_count && v < f->mesh->vertex_count);
     uint32_t m = qw_curves_at(f->graph, f->mesh, f->outgoing, u, f->at[0]),
              n = qw_curves_at(f->graph, f->mesh, f->outgoing, v, f->at[1]);
     size_t first = f->bands;
@@ -177,8 +183,11 @@ static size_t band_of_end(const finder *f, const qw_feature_arc *arc, bool joins
     return band_at(f, u, v, joins);
 }
 
+/* Sums over each band, and over bands that are one as a whole: length, narrow length, width and how much of the
+ * shorter arc is covered. */
 static void add_up(finder *f)
 {
+    assert(f->bands <= f->count);
     for (size_t b = 0; b < f->bands; b++) f->total[b] = (total){.thinnest = INFINITY};
     for (size_t i = 0; i < f->count; i++) f->total[f->pair[i].band].length += f->pair[i].overlap;
     for (size_t b = 0; b < f->bands; b++) {

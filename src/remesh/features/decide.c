@@ -53,6 +53,7 @@ static void add_company(company *c, const decision *d, uint32_t arc, uint64_t *b
     }
 }
 
+/* For each arc the other arcs beside which it runs narrowly, and along how much of it. */
 static company find_company(qw_env *env, const decision *d)
 {
     const qw_feature_graph *g = &d->graph;

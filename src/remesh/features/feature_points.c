@@ -29,8 +29,10 @@ typedef struct tips {
     uint32_t round;
 } tips;
 
+/* The angle that the triangles around v lack of a full turn, radians; 0 on boundaries and curves. */
 static double lack_at(const tips *t, uint32_t v)
 {
+    assert(v < t->mesh->vertex_count);
     const qw_trimesh *mesh = t->mesh;
     uint32_t h = t->outgoing[v];
     double sum = 0;
@@ -54,6 +56,7 @@ static float rough_angle(float y, float x)
 /* Whether the angles around v leave too little for a tip, by a margin; never on curves. */
 static bool lacks_little(const tips *t, uint32_t v)
 {
+    assert(v < t->mesh->vertex_count);
     const qw_trimesh *mesh = t->mesh;
     uint32_t h = t->outgoing[v], corners = 0;
     qw_vec3 p = mesh->position[v];
@@ -106,6 +109,8 @@ static uint32_t collect_ball(tips *t, uint32_t v, float radius, uint32_t ringed,
     return count;
 }
 
+/* Whether v is the sharpest point of a tip: it and what is near it lack enough angle, and the surface around it is
+ * otherwise flat. */
 static bool is_tip(tips *t, uint32_t v, float size)
 {
     assert(v < t->mesh->vertex_count && size > 0);

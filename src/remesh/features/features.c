@@ -43,7 +43,7 @@ enum { SPIKE_EDGES = 8 };
  * networks go that turn back over so much of their length. */
 static const double MOST_STEPS = 0.65, MOST_STAIRS = 0.5;
 static const double SPIKE_LENGTH = 4;
-static const double FACET_LENGTH = 6;      /* specks, mean of the sharp edges of a surface of facets */
+static const double FACET_LENGTH = 6;      /* quad edges, mean of the sharp edges of a surface of facets */
 static const double FACET_TURN = 0.8;      /* share of its turn in sharp edges */
 static const float FOLD_COSINE = -0.9962f; /* 175 degrees: it lies flat on itself */
 static const double MOST_FOLDS = 0.05;     /* share of the sharp edges' length */
@@ -52,6 +52,7 @@ static const float LEAST_HEIGHT =
 
 /* ---- reliable normals */
 
+/* The longest half-edge of a triangle, and its length. */
 static uint32_t longest_side(const qw_trimesh *mesh, uint32_t f, float *length)
 {
     assert(f < mesh->face_count);
@@ -201,6 +202,7 @@ static uint32_t continuation(const creases *c, uint32_t v)
     return best;
 }
 
+/* Continues each loose end of a crease as long as there is an edge that goes on (continuation). */
 static void grow_ends(creases *c)
 {
     for (uint32_t start = 0; start < c->mesh->vertex_count; start++) {
@@ -288,6 +290,8 @@ static double wing_angle(const creases *c, uint32_t h)
     return count > 0 ? sum / count : 0;
 }
 
+/* What each network of creases has: edges, length, angle, wings and loose ends. label: of vertices, from 0 to count
+ * - 1. */
 static network *measure_networks(qw_env *env, const creases *c, const uint32_t *label, uint32_t count)
 {
     const qw_trimesh *mesh = c->mesh;
@@ -306,54 +310,55 @@ static network *measure_networks(qw_env *env, const creases *c, const uint32_t *
     return list;
 }
 
-static bool is_crease(const network *n, float speck, double wing_share)
+static bool is_crease(const network *n, float quad_edge, double wing_share)
 {
     if (n->wing > wing_share * n->angle || n->stairs > MOST_STAIRS * n->length) return false;
-    if (n->ends == 0 && n->edges < SPIKE_EDGES && n->length < SPIKE_LENGTH * speck) return false;
-    return n->length >=
-           (n->ends == 0 ? speck / 4 : speck / 2); /* closed: the rim of a hole may be small, a spike is smaller */
+    if (n->ends == 0 && n->edges < SPIKE_EDGES && n->length < SPIKE_LENGTH * quad_edge) return false;
+    return n->length >= (n->ends == 0 ? quad_edge / 4
+                                      : quad_edge / 2); /* closed: the rim of a hole may be small, a spike is smaller */
 }
 
 /* Where most of the sharp length is folds, as on a statue, the few networks that pass are more often luck: ask more of
    them. A flat base of the statue still passes. */
-static double suitable_wing_share(const network *list, uint32_t count, float speck)
+static double suitable_wing_share(const network *list, uint32_t count, float quad_edge)
 {
     double all = 0, passing = 0;
     for (uint32_t i = 0; i < count; i++) {
         all += list[i].length;
-        if (is_crease(&list[i], speck, WING_SHARE)) passing += list[i].length;
+        if (is_crease(&list[i], quad_edge, WING_SHARE)) passing += list[i].length;
     }
     return 2 * passing < all ? WING_SHARE / 2 : WING_SHARE;
 }
 
 /* Only networks that would stay are asked about: those of statues and noise, which have the most edges, go anyway. */
 static void find_stairs(qw_env *env, const creases *c, const uint32_t *label, network *list, uint32_t count,
-                        float speck, double wing_share)
+                        float quad_edge, double wing_share)
 {
     assert(list || count == 0);
     qw_steps *steps = QW_NEW_ZERO(env, qw_steps, count);
     uint8_t *asked = QW_NEW(env, uint8_t, count);
     double askew = 0, all = 0;
     for (uint32_t i = 0; i < count; i++) {
-        asked[i] = is_crease(&list[i], speck, wing_share);
+        asked[i] = is_crease(&list[i], quad_edge, wing_share);
         if (asked[i]) all += list[i].length;
     }
-    if (speck > 0 && qw_uses(env, QW_MECH_STAIRS))
-        qw_find_steps(env, c->mesh, c->normal, &(qw_step_networks){label, asked}, speck, steps);
+    if (quad_edge > 0 && qw_uses(env, QW_MECH_STAIRS))
+        qw_find_steps(env, c->mesh, c->normal, &(qw_step_networks){label, asked}, quad_edge, steps);
     for (uint32_t i = 0; i < count; i++) askew += steps[i].askew;
     for (uint32_t i = 0; i < count; i++) list[i].stairs = askew > MOST_STEPS * all ? steps[i].back : 0;
     for (uint32_t i = 0; i < count; i++) qw_did(env, QW_MECH_STAIRS, list[i].stairs > 0);
     qw_free(env, steps), qw_free(env, asked);
 }
 
-static void drop_networks(qw_env *env, creases *c, float speck, bool with_any_wings)
+static void drop_networks(qw_env *env, creases *c, float quad_edge, bool with_any_wings)
 {
     uint32_t count, *label = label_networks(env, c, &count);
     network *list = measure_networks(env, c, label, count);
-    find_stairs(env, c, label, list, count, speck, with_any_wings ? INFINITY : WING_SHARE);
-    double wing_share = with_any_wings ? INFINITY : suitable_wing_share(list, count, speck);
+    find_stairs(env, c, label, list, count, quad_edge, with_any_wings ? INFINITY : WING_SHARE);
+    double wing_share = with_any_wings ? INFINITY : suitable_wing_share(list, count, quad_edge);
     for (uint32_t h = 0; h < 3 * c->mesh->face_count; h++)
-        if (c->mesh->mark[h] && !is_crease(&list[label[c->mesh->corner[h]]], speck, wing_share)) c->mesh->mark[h] = 0;
+        if (c->mesh->mark[h] && !is_crease(&list[label[c->mesh->corner[h]]], quad_edge, wing_share))
+            c->mesh->mark[h] = 0;
 }
 
 /* ---- the surface as a whole */
@@ -371,6 +376,7 @@ typedef struct sharpness_sums {
     sharpness *of; /* sharpness[blocks] */
 } sharpness_sums;
 
+/* Length of all edges, of the marked ones, and of those that are folds, over a block. */
 static void add_up_sharpness(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const sharpness_sums *sums = user;
@@ -388,6 +394,7 @@ static void add_up_sharpness(void *user, uint32_t block, uint32_t begin, uint32_
     sums->of[block] = s;
 }
 
+/* The same over the whole surface. */
 static sharpness measure_sharpness(qw_env *env, const creases *c)
 {
     uint32_t blocks = qw_block_count(c->mesh->face_count, QW_GRAIN_LIGHT);
@@ -403,17 +410,17 @@ static sharpness measure_sharpness(qw_env *env, const creases *c)
 
 /* A surface of facets, each of which holds many quads, and not one of concave polygons that were cut into triangles
  * regardless. */
-static bool has_facets(const sharpness *s, float speck)
+static bool has_facets(const sharpness *s, float quad_edge)
 {
-    return s->length > FACET_LENGTH * speck * s->edges && s->folds <= MOST_FOLDS * s->length;
+    return s->length > FACET_LENGTH * quad_edge * s->edges && s->folds <= MOST_FOLDS * s->length;
 }
 
 /* Noise so strong that its edges are all sharp has no wings. It fills the surface, and more than three sharp edges meet
    at most of its vertices; low polygon models that are all creases have mostly three, or facets (an octahedron, an
    obelisk). */
-static bool is_noise(const creases *c, const sharpness *s, float speck)
+static bool is_noise(const creases *c, const sharpness *s, float quad_edge)
 {
-    if (3 * s->length < s->all || has_facets(s, speck)) return false;
+    if (3 * s->length < s->all || has_facets(s, quad_edge)) return false;
     uint32_t touched = 0, crossed = 0;
     for (uint32_t v = 0; v < c->mesh->vertex_count; v++) {
         touched += c->degree[v] > 0;
@@ -424,9 +431,9 @@ static bool is_noise(const creases *c, const sharpness *s, float speck)
 
 /* Where nearly all the turn of a surface of facets lies in its sharp edges, others beside them are shallow creases and
  * no folds. */
-static bool is_all_creases(const creases *c, const sharpness *s, float speck)
+static bool is_all_creases(const creases *c, const sharpness *s, float quad_edge)
 {
-    if (!has_facets(s, speck)) return false;
+    if (!has_facets(s, quad_edge)) return false;
     const qw_trimesh *mesh = c->mesh;
     double sharp = 0, all = 0;
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
@@ -480,28 +487,28 @@ static void add_shallow_creases(qw_env *env, creases *c)
     qw_free(env, joins), qw_free(env, has_more), qw_free(env, only), qw_free(env, facet);
 }
 
-static void find_creases(qw_env *env, creases *c, float speck)
+static void find_creases(qw_env *env, creases *c, float quad_edge)
 {
     assert(c->mesh->mark && c->cosine && c->degree);
     mark_seeds(c, (float)QW_SHARP_COSINE);
     grow_ends(c);
     drop_tails(c);
     sharpness s = measure_sharpness(env, c);
-    bool is_all = is_all_creases(c, &s, speck);
+    bool is_all = is_all_creases(c, &s, quad_edge);
     if (is_all) add_shallow_creases(env, c);
-    if (is_noise(c, &s, speck)) memset(c->mesh->mark, 0, 3 * (size_t)c->mesh->face_count);
-    else drop_networks(env, c, speck, is_all);
+    if (is_noise(c, &s, quad_edge)) memset(c->mesh->mark, 0, 3 * (size_t)c->mesh->face_count);
+    else drop_networks(env, c, quad_edge, is_all);
 }
 
-int64_t qw_find_features(qw_env *env, qw_trimesh *mesh, double angle, float speck, double *used)
+int64_t qw_find_features(qw_env *env, qw_trimesh *mesh, double angle, float quad_edge, double *used)
 {
-    assert(mesh->twin && speck >= 0 && used);
+    assert(mesh->twin && quad_edge >= 0 && used);
     mesh->mark = QW_NEW_ZERO(env, uint8_t, 3 * (size_t)mesh->face_count);
     qw_scope_begin(env);
     creases c = {.mesh = mesh, .outgoing = qw_trimesh_outgoing(env, mesh), .normal = reliable_normals(env, mesh)};
     c.cosine = edge_cosines(env, mesh, c.normal);
     c.degree = QW_NEW_ZERO(env, uint32_t, mesh->vertex_count);
-    if (angle < 0) find_creases(env, &c, speck);
+    if (angle < 0) find_creases(env, &c, quad_edge);
     else mark_seeds(&c, (float)qw_cos(fmin(angle, QW_PI)));
     *used = angle < 0 ? angle_of((float)QW_SHARP_COSINE) : angle;
     int64_t count = 0;

@@ -31,6 +31,7 @@ typedef struct fork {
 
 static bool is_in(const builder *b, uint32_t h) { return b->set >> b->verdict[h] & 1u; }
 
+/* The curve edges at a vertex: how many there are, and the first two with their directions away from it. */
 static fork fork_at(const builder *b, uint32_t v)
 {
     assert(v < b->mesh->vertex_count);
@@ -70,6 +71,7 @@ static void join_edges(const builder *b)
 
 static void measure_edge(const builder *b, qw_feature_arc *arc, uint32_t h)
 {
+    assert(h < 3 * b->mesh->face_count);
     uint32_t t = b->mesh->twin[h];
     float length = qw_length(qw_edge_way(b->mesh, h));
     qw_vec3 n = qw_normalize(qw_face_cross(b->mesh, h / 3));
@@ -92,8 +94,10 @@ static void make_arcs(const builder *b)
     }
 }
 
+/* Lists the edges of each arc, one after the other, and finds the nodes at its ends. */
 static void list_edges(const builder *b)
 {
+    assert(b->graph->arc_count <= 3 * b->mesh->face_count);
     qw_feature_graph *g = b->graph;
     for (uint32_t i = 1; i < g->arc_count; i++) g->arc[i].begin = g->arc[i - 1].begin + g->arc[i - 1].count;
     for (uint32_t i = 0; i < g->arc_count; i++) g->arc[i].count = 0;

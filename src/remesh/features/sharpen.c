@@ -32,7 +32,7 @@ static const double LEAST_SEEDS = 0.5;                             /* share of t
  * component. Sampled parts have 0.02 to 0.06, statues and animals 0.09 to 0.18. */
 static const double UNEVEN_PLACE = 0.25, UNEVEN_CREASE = 0.16, UNEVEN = 0.08;
 static const double LEAST_LENGTH = 10; /* of a crease, in edges of the input */
-/* Of the bent patches of a component, so large a share must lie within some rings of a crease: 1.00 in sampled parts,
+/* Of the bent planes of a component, so large a share must lie within some rings of a crease: 1.00 in sampled parts,
  * but for one 0.1 to 0.93 elsewhere. */
 static const double LEAST_NEAR = 0.9;
 enum { NEAR_RINGS = 5 };
@@ -46,10 +46,10 @@ static const double WALLS_TURN = 2.6179939;
 /* How far from its place a vertex may be put, in edges of the input: further, the sides are no guide. */
 static const float MOST_MOVED = 1.5f, MOST_LINE_MOVED = 4, MOST_CORNER_MOVED = 6;
 /* What sampling cuts off is as wide as a band of two edges or so. A vertex of the band that lies further off its side,
- * or a crease from which its sides are further away, both in edges of the input, is astray, and so is a crease between
+ * or a crease from which its sides are further away, both in edges of the input, is off, and so is a crease between
  * two walls: 0.02 of all where an edge of 34 degrees was sampled, up to 0.006 in other parts, 0.015 to 0.16 in folds.
  * With more than the last share of them a component is left as it is. */
-static const double MOST_OFF_SIDE = 0.65, MOST_HALF_BAND = 1.2, MOST_ASTRAY = 0.025;
+static const double MOST_OFF_SIDE = 0.65, MOST_HALF_BAND = 1.2, MOST_OFF = 0.025;
 enum { RINGS = 3, SMOOTHING_ROUNDS = 8, FIT_GRAIN = 64 };
 
 typedef struct sharpener {
@@ -84,7 +84,7 @@ static meeting meeting_at(const sharpener *s, uint32_t h)
     assert(h < 3 * s->mesh->face_count);
     const qw_sides *d = &s->sides;
     uint32_t a = d->side[s->mesh->corner[h]], b = d->side[s->mesh->corner[qw_next(h)]];
-    const qw_side_plane *p = &d->patch[a], *q = &d->patch[b];
+    const qw_side_plane *p = &d->plane[a], *q = &d->plane[b];
     if (a == b || p->jagged || q->jagged || qw_length2(p->normal) == 0 || qw_length2(q->normal) == 0)
         return (meeting){0, 0};
     return (meeting){angle_between(p->normal, q->normal), 0.5 * ((double)p->spread + (double)q->spread)};
@@ -127,8 +127,10 @@ static double line_in(const sharpener *s, uint32_t f)
     return count < 2 ? 0 : (double)qw_distance(m[0], m[1]);
 }
 
+/* Adds what the crease has in one triangle: the length of its line there, and the cuts at its edges. */
 static void add_triangle(const sharpener *s, uint32_t f, crease *c)
 {
+    assert(f < s->mesh->face_count);
     double length = line_in(s, f);
     c->component = s->census->component[f];
     c->length += length, c->edges += length / (double)s->sides.edge[s->mesh->corner[3 * f]];
@@ -169,16 +171,16 @@ static crease *find_creases(const sharpener *s, uint32_t *label, uint32_t *count
     return list;
 }
 
-static bool is_crease(const crease *c, double speck)
+static bool is_crease(const crease *c, double quad_edge)
 {
-    return c->edges >= LEAST_LENGTH && c->length >= speck && c->seeds >= LEAST_SEEDS * c->cuts &&
+    return c->edges >= LEAST_LENGTH && c->length >= quad_edge && c->seeds >= LEAST_SEEDS * c->cuts &&
            c->spread <= UNEVEN_CREASE * c->turn;
 }
 
-static void drop_others(const sharpener *s, const crease *list, const uint32_t *label, double speck)
+static void drop_others(const sharpener *s, const crease *list, const uint32_t *label, double quad_edge)
 {
     for (uint32_t f = 0; f < s->mesh->face_count; f++)
-        if (label[f] != QW_NONE && !is_crease(&list[label[f]], speck))
+        if (label[f] != QW_NONE && !is_crease(&list[label[f]], quad_edge))
             s->cut[3 * f] = s->cut[3 * f + 1] = s->cut[3 * f + 2] = 0;
 }
 
@@ -211,7 +213,7 @@ static bool is_exact(const sharpener *s, const qw_curve_ends *ends, uint32_t h)
     const qw_sides *d = &s->sides;
     uint32_t g = mesh->twin[h], a = mesh->corner[qw_prev(h)], b = mesh->corner[qw_prev(g)];
     qw_vec3 n = qw_normalize(qw_face_cross(mesh, h / 3)), m = qw_normalize(qw_face_cross(mesh, g / 3));
-    double all = angle_between(d->patch[d->side[a]].normal, d->patch[d->side[b]].normal);
+    double all = angle_between(d->plane[d->side[a]].normal, d->plane[d->side[b]].normal);
     bool has_all = angle_between(n, m) >= QW_ALL_TURN * all;
     if (has_all && all >= LEAST_TURN) return true;
     return (has_all || all > WALLS_TURN) &&
@@ -240,7 +242,7 @@ static bool was_sampled(const verdict *v)
 }
 
 /* Whether any component has sampled creases. */
-static bool judge_components(sharpener *s, const crease *list, uint32_t count, double speck)
+static bool judge_components(sharpener *s, const crease *list, uint32_t count, double quad_edge)
 {
     assert(s->census->components > 0);
     const qw_trimesh *mesh = s->mesh;
@@ -249,11 +251,11 @@ static bool judge_components(sharpener *s, const crease *list, uint32_t count, d
     uint8_t rings = NEAR_RINGS, *ring = rings_around(s, rings);
     const qw_curve_ends *ends = mesh->mark ? qw_find_curve_ends(s->env, mesh, false) : NULL;
     for (uint32_t i = 0; i < count; i++)
-        if (is_crease(&list[i], speck)) add_crease(&v[list[i].component], &list[i]);
+        if (is_crease(&list[i], quad_edge)) add_crease(&v[list[i].component], &list[i]);
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
         verdict *to = &v[s->census->component[h / 3]];
         uint32_t a = mesh->corner[h];
-        if (s->sides.outgoing[a] == h && s->sides.patch[a].spread > QW_BENT)
+        if (s->sides.outgoing[a] == h && s->sides.plane[a].spread > QW_BENT)
             to->bent++, to->bent_near += ring[a] < rings;
         if (!ends || !mesh->mark[h] || !is_lower(mesh, h)) continue;
         double length = (double)qw_distance(mesh->position[a], mesh->position[mesh->corner[qw_next(h)]]);
@@ -272,15 +274,17 @@ static void drop_blunt(const sharpener *s)
         if (!s->sharp[s->census->component[f]]) s->cut[3 * f] = s->cut[3 * f + 1] = s->cut[3 * f + 2] = 0;
 }
 
-static bool find_cuts(sharpener *s, double speck)
+/* Finds the edges that creases run across, and drops what is too short or too weak to be a crease. False: nothing
+ * is left. */
+static bool find_cuts(sharpener *s, double quad_edge)
 {
     const qw_trimesh *mesh = s->mesh;
     s->cut = QW_NEW(s->env, uint8_t, 3 * (size_t)mesh->face_count);
     qw_parallel(s->env, mesh->face_count, QW_GRAIN_LIGHT, ask_cuts, s);
     uint32_t count, *label = QW_NEW(s->env, uint32_t, mesh->face_count);
     const crease *list = find_creases(s, label, &count);
-    drop_others(s, list, label, speck);
-    bool any = count > 0 && judge_components(s, list, count, speck);
+    drop_others(s, list, label, quad_edge);
+    bool any = count > 0 && judge_components(s, list, count, quad_edge);
     if (any) drop_blunt(s);
     return any;
 }
@@ -335,7 +339,7 @@ static uint32_t loose_end(const sharpener *s, uint32_t f)
     return s->mesh->twin[h] == QW_NONE ? QW_NONE : h;
 }
 
-/* Where creases fade, patches still turn when the sides no longer do: there the line would go astray. */
+/* Where creases fade, planes still turn when the sides no longer do: there the line would leave the crease. */
 static void trim_creases(const sharpener *s)
 {
     const qw_trimesh *mesh = s->mesh;
@@ -349,14 +353,15 @@ static void trim_creases(const sharpener *s)
         }
 }
 
+/* Fits a quadric to the side of each vertex near a crease, which is where the crease is looked for. */
 static void find_fits(sharpener *s)
 {
-    assert(s->cut && s->sides.patch);
+    assert(s->cut && s->sides.plane);
     uint32_t n = s->mesh->vertex_count;
     s->rings = RINGS, s->ring = rings_around(s, s->rings);
     s->fit_of = QW_NEW(s->env, uint32_t, n), s->fitted = QW_NEW(s->env, uint32_t, n);
     for (uint32_t v = 0; v < n; v++) {
-        s->fit_of[v] = s->ring[v] < s->rings && qw_length2(s->sides.patch[s->sides.side[v]].normal) > 0 ? s->fits
+        s->fit_of[v] = s->ring[v] < s->rings && qw_length2(s->sides.plane[s->sides.side[v]].normal) > 0 ? s->fits
                                                                                                         : QW_NONE;
         if (s->fit_of[v] != QW_NONE) s->fitted[s->fits++] = v;
     }
@@ -375,6 +380,7 @@ static const double CROSSING_BEGIN = 0.02, CROSSING_END = 0.98;
    stays there. */
 static qw_vec3 crossing_of(const sharpener *s, uint32_t h)
 {
+    assert(h < 3 * s->mesh->face_count);
     uint32_t a = s->mesh->corner[h], b = s->mesh->corner[qw_next(h)];
     const qw_side_fit *both[2] = {side_of(s, a), side_of(s, b)};
     double fa = fabs(qw_height_over(both[1], s->position[a])), fb = fabs(qw_height_over(both[0], s->position[b]));
@@ -395,12 +401,13 @@ static qw_vec3 corner_of(const sharpener *s, uint32_t f, qw_vec3 from)
 
 /* Of a component: places at its cuts, and those among them that the crease would move too far. */
 typedef struct moves {
-    uint32_t all, astray;
+    uint32_t all, off;
 } moves;
 
 /* Whether the crease at the edge of h lies too far from it, or is none. */
 static bool is_off_band(const sharpener *s, uint32_t h)
 {
+    assert(h < 3 * s->mesh->face_count);
     double half = 0.5 * fitted_turn(s, h);
     if (2 * half > WALLS_TURN) return true;
     qw_vec3 a = s->mesh->position[s->mesh->corner[h]], ab = qw_sub(s->mesh->position[s->mesh->corner[qw_next(h)]], a);
@@ -424,12 +431,12 @@ static bool keep_on_surface(sharpener *s)
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
         moves *to = &m[s->census->component[h / 3]];
         uint32_t v = mesh->corner[h];
-        if (s->sides.outgoing[v] == h && s->ring[v] == 0) to->all++, to->astray += is_off_side(s, v);
-        if (s->cut[h] && is_lower(mesh, h)) to->all++, to->astray += is_off_band(s, h);
+        if (s->sides.outgoing[v] == h && s->ring[v] == 0) to->all++, to->off += is_off_side(s, v);
+        if (s->cut[h] && is_lower(mesh, h)) to->all++, to->off += is_off_band(s, h);
     }
     bool any = false;
     for (uint32_t i = 0; i < components; i++) {
-        s->sharp[i] = s->sharp[i] && m[i].astray <= MOST_ASTRAY * m[i].all;
+        s->sharp[i] = s->sharp[i] && m[i].off <= MOST_OFF * m[i].all;
         any = any || s->sharp[i];
     }
     return any;
@@ -454,6 +461,7 @@ static void mark_between(qw_edit *e, uint32_t a, uint32_t b)
    which the splits have left. m: the crossings, on the edges from corner i to the next. */
 static void cut_corner(const sharpener *s, qw_edit *e, uint32_t f, const uint32_t m[3])
 {
+    assert(f < s->mesh->face_count);
     const uint32_t *c = s->mesh->corner + 3 * (size_t)f;
     qw_vec3 sum = qw_add(qw_add(e->vertex[m[0]].position, e->vertex[m[1]].position), e->vertex[m[2]].position);
     uint32_t h = QW_NONE;
@@ -516,10 +524,11 @@ static void smooth_on_line(const sharpener *s, qw_edit *e, uint32_t v)
     if (qw_distance(p, mean) <= MOST_MOVED * s->sides.edge[s->mesh->corner[h]]) e->vertex[v].position = p;
 }
 
+/* Smooths what lies beside the new crease: its vertices along it, those around it on their fitted sides. */
 static void smooth_band(const sharpener *s, qw_edit *e)
 {
     for (int round = 0; round < SMOOTHING_ROUNDS; round++) {
-        qw_break_silence(s->env);
+        qw_heartbeat(s->env);
         for (uint32_t v = s->mesh->vertex_count; v < e->vertex_count; v++) smooth_on_line(s, e, v);
         for (uint32_t i = 0; i < s->fits; i++) {
             uint32_t v = s->fitted[i];
@@ -532,12 +541,12 @@ static void smooth_band(const sharpener *s, qw_edit *e)
     }
 }
 
-bool qw_sharpen(qw_env *env, qw_trimesh *surface, const qw_census *census, float speck)
+bool qw_sharpen(qw_env *env, qw_trimesh *surface, const qw_census *census, float quad_edge)
 {
-    assert(surface->twin && census->component && speck > 0);
+    assert(surface->twin && census->component && quad_edge > 0);
     qw_scope_begin(env);
     sharpener s = {.env = env, .mesh = surface, .census = census};
-    bool found = qw_find_sides(env, surface, &s.sides) && find_cuts(&s, (double)speck);
+    bool found = qw_find_sides(env, surface, &s.sides) && find_cuts(&s, (double)quad_edge);
     if (found) find_fits(&s), found = keep_on_surface(&s);
     if (found) {
         restore_sides(&s);

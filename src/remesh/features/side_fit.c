@@ -84,38 +84,38 @@ qw_vec3 qw_normal_of(const qw_side_fit *fit, qw_vec3 point)
 {
     double p[3] = {(double)point.x, (double)point.y, (double)point.z}, g[3];
     height_at(fit, p, g);
-    return qw_normalize(qw_v3((float)g[0], (float)g[1], (float)g[2]));
+    return qw_normalize(qw_v3_of_doubles(g));
 }
 
 /* Keeps of the vertices found those from the highest ring on that are enough together. */
-static void keep_outer(qw_hood *hood, const uint8_t *ring)
+static void keep_outer(qw_vertex_ball *ball, const uint8_t *ring)
 {
     uint32_t count[RINGS + 1] = {0}, from = RINGS, kept = 0;
-    for (uint32_t i = 0; i < hood->count; i++)
-        for (uint32_t r = 0; r <= ring[hood->vertex[i]]; r++) count[r]++;
+    for (uint32_t i = 0; i < ball->count; i++)
+        for (uint32_t r = 0; r <= ring[ball->vertex[i]]; r++) count[r]++;
     while (from > 0 && count[from] < ENOUGH) from--;
-    for (uint32_t i = 0; i < hood->count; i++)
-        if (ring[hood->vertex[i]] >= from) hood->vertex[kept++] = hood->vertex[i];
-    hood->count = kept;
+    for (uint32_t i = 0; i < ball->count; i++)
+        if (ring[ball->vertex[i]] >= from) ball->vertex[kept++] = ball->vertex[i];
+    ball->count = kept;
 }
 
-static void fit_terms(const qw_hood *hood, const qw_vec3 *position, int terms, qw_side_fit *q)
+static void fit_terms(const qw_vertex_ball *ball, const qw_vec3 *position, int terms, qw_side_fit *q)
 {
     equations m = {{0}};
-    for (uint32_t i = 0; i < hood->count; i++) add_point(m, q, position[hood->vertex[i]]);
+    for (uint32_t i = 0; i < ball->count; i++) add_point(m, q, position[ball->vertex[i]]);
     solve_terms((const double(*)[TERMS + 1]) m, terms, q->term);
 }
 
 /* Weighted sum of squares, by degree of freedom. */
-static double off_fit(const qw_hood *hood, const qw_vec3 *position, int terms, const qw_side_fit *q)
+static double off_fit(const qw_vertex_ball *ball, const qw_vec3 *position, int terms, const qw_side_fit *q)
 {
     double sum = 0;
-    for (uint32_t i = 0; i < hood->count; i++) {
-        qw_vec3 p = position[hood->vertex[i]];
+    for (uint32_t i = 0; i < ball->count; i++) {
+        qw_vec3 p = position[ball->vertex[i]];
         double height = qw_height_over(q, p);
         sum += weight_of(qw_scale(qw_sub(p, q->origin), 1 / q->unit)) * height * height;
     }
-    return sum / ((int)hood->count > terms ? (int)hood->count - terms : 1);
+    return sum / ((int)ball->count > terms ? (int)ball->count - terms : 1);
 }
 
 /* Turns the axes so that the quadric bends most along x: by half the angle that twice its bows have. */
@@ -134,23 +134,23 @@ static qw_side_fit fit_within(const qw_sides *s, uint32_t v, const uint8_t *barr
 {
     assert(v < s->mesh->vertex_count && off);
     const qw_vec3 *position = s->mesh->position;
-    qw_side_fit q = {.origin = position[v], .n = s->patch[s->side[v]].normal, .unit = s->edge[v]};
+    qw_side_fit q = {.origin = position[v], .n = s->plane[s->side[v]].normal, .unit = s->edge[v]};
     q.x = qw_any_orthogonal(q.n), q.y = qw_cross(q.n, q.x);
-    qw_hood hood;
-    qw_collect_hood(s, v, reach * q.unit, barred, &hood);
-    keep_outer(&hood, ring);
+    qw_vertex_ball ball;
+    qw_collect_ball(s, v, reach * q.unit, barred, &ball);
+    keep_outer(&ball, ring);
     qw_side_fit simple = q;
-    fit_terms(&hood, position, PLANE, &simple);
+    fit_terms(&ball, position, PLANE, &simple);
     *off = 0;
-    if (hood.count <= TERMS) return simple;
-    fit_terms(&hood, position, TERMS, &q);
-    double square = off_fit(&hood, position, TERMS, &q), most = BENT * square;
+    if (ball.count <= TERMS) return simple;
+    fit_terms(&ball, position, TERMS, &q);
+    double square = off_fit(&ball, position, TERMS, &q), most = BENT * square;
     *off = sqrt(square) / (double)q.unit;
-    if (off_fit(&hood, position, PLANE, &simple) <= most) return simple;
+    if (off_fit(&ball, position, PLANE, &simple) <= most) return simple;
     simple = q;
     turn_to_bow(&simple);
-    fit_terms(&hood, position, TROUGH, &simple);
-    return off_fit(&hood, position, TROUGH, &simple) <= most ? simple : q;
+    fit_terms(&ball, position, TROUGH, &simple);
+    return off_fit(&ball, position, TROUGH, &simple) <= most ? simple : q;
 }
 
 qw_side_fit qw_fit_side(const qw_sides *s, uint32_t v, const uint8_t *barred, const uint8_t *ring)
@@ -187,5 +187,5 @@ qw_vec3 qw_meet_sides(const qw_side_fit *const *fit, int count, qw_vec3 from)
     assert(count >= 1 && count <= 3);
     double p[3] = {(double)from.x, (double)from.y, (double)from.z};
     for (int step = 0; step < STEPS; step++) step_to(fit, count, p);
-    return qw_v3((float)p[0], (float)p[1], (float)p[2]);
+    return qw_v3_of_doubles(p);
 }

@@ -8,15 +8,15 @@
 #include <math.h>
 #include <string.h>
 
-/* Lengths in local edges. A patch reaches one ring of triangles beyond its vertices, and so lies off a band of two
+/* Lengths in local edges. A plane reaches one ring of triangles beyond its vertices, and so lies off a band of two
  * edges whose middle is REACH from its own. */
-static const float PATCH = 1.5f, REACH = 3.25f;
+static const float FITTED = 1.5f, REACH = 3.25f;
 /* Spread of the normals around a vertex above which it is rough, radians: a turn of 20 degrees in an edge. */
 static const float ROUGH = 0.12f;
-/* Spread of the normals of all triangles of a patch above which it is no side, radians: noise of a tenth of a cell has
+/* Spread of the normals of all triangles of a plane above which it is no side, radians: noise of a tenth of a cell has
  * 0.15, stairs of voxels 0.8. */
 static const float JAGGED = 0.4f;
-/* What a patch costs a vertex: its spread, the vertex's distance from its plane, and how far away it is. */
+/* What a plane costs a vertex: its spread, the vertex's distance from its plane, and how far away it is. */
 static const float SPREAD_COST = 4, PLANE_COST = 1, FAR_COST = 0.02f;
 /* Length of an edge, as a share of the longest of its triangle: in between for equilateral and right-angled ones. */
 static const float TO_EDGE = 0.85f;
@@ -49,33 +49,33 @@ typedef struct side_task {
 
 /* ---- neighbourhoods */
 
-/* Where a vertex of the hood stands, or QW_NONE where it would. By multiplicative hashing (Knuth 6.4). */
-static uint32_t *slot_of(qw_hood *hood, uint32_t v)
+/* Where a vertex of the ball stands, or QW_NONE where it would. By multiplicative hashing (Knuth 6.4). */
+static uint32_t *slot_of(qw_vertex_ball *ball, uint32_t v)
 {
-    uint32_t at = (v * 2654435769u) >> (32 - QW_HOOD_BITS);
-    while (hood->slot[at] != QW_NONE && hood->vertex[hood->slot[at]] != v) at = (at + 1) % (1u << QW_HOOD_BITS);
-    return &hood->slot[at];
+    uint32_t at = (v * 2654435769u) >> (32 - QW_BALL_BITS);
+    while (ball->slot[at] != QW_NONE && ball->vertex[ball->slot[at]] != v) at = (at + 1) % (1u << QW_BALL_BITS);
+    return &ball->slot[at];
 }
 
-void qw_collect_hood(const qw_sides *s, uint32_t v, float radius, const uint8_t *barred, qw_hood *hood)
+void qw_collect_ball(const qw_sides *s, uint32_t v, float radius, const uint8_t *barred, qw_vertex_ball *ball)
 {
-    assert(v < s->mesh->vertex_count && hood);
+    assert(v < s->mesh->vertex_count && ball);
     const qw_trimesh *mesh = s->mesh;
     qw_vec3 middle = mesh->position[v];
     float far2 = radius * radius;
-    memset(hood->slot, 0xff, sizeof hood->slot);
-    *slot_of(hood, v) = 0, hood->vertex[0] = v, hood->count = 1;
-    for (uint32_t i = 0; i < hood->count; i++) {
-        uint32_t start = s->outgoing[hood->vertex[i]], h = start;
+    memset(ball->slot, 0xff, sizeof ball->slot);
+    *slot_of(ball, v) = 0, ball->vertex[0] = v, ball->count = 1;
+    for (uint32_t i = 0; i < ball->count; i++) {
+        uint32_t start = s->outgoing[ball->vertex[i]], h = start;
         do {
             uint32_t in = qw_prev(h), twin = mesh->twin[in], ways[2] = {h, in}; /* the second where the fan ends */
             for (int k = 0; k < 1 + (twin == QW_NONE); k++) {
-                if (hood->count == QW_HOOD) return;
-                uint32_t w = mesh->corner[k ? in : qw_next(h)], *slot = slot_of(hood, w);
+                if (ball->count == QW_BALL) return;
+                uint32_t w = mesh->corner[k ? in : qw_next(h)], *slot = slot_of(ball, w);
                 if (*slot != QW_NONE || (barred && barred[ways[k]]) ||
                     qw_length2(qw_sub(mesh->position[w], middle)) > far2)
                     continue;
-                *slot = hood->count, hood->vertex[hood->count++] = w;
+                *slot = ball->count, ball->vertex[ball->count++] = w;
             }
             h = twin;
         } while (h != QW_NONE && h != start);
@@ -102,6 +102,8 @@ static void measure_faces(void *user, uint32_t block, uint32_t begin, uint32_t e
     }
 }
 
+/* For each vertex, over the triangles around it: sum of cross products, area, mean edge, and whether their normals
+ * disagree. */
 static void sum_rings(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -171,16 +173,17 @@ static uint8_t *find_near(qw_env *env, const qw_sides *s)
     return near;
 }
 
-/* ---- patches */
+/* ---- planes */
 
-static qw_side_plane patch_at(const side_task *t, uint32_t v, qw_hood *hood)
+/* The plane fitted to what lies near v, and how far normals there spread. */
+static qw_side_plane plane_at(const side_task *t, uint32_t v, qw_vertex_ball *ball)
 {
     assert(v < t->s->mesh->vertex_count);
-    qw_collect_hood(t->s, v, PATCH * t->s->edge[v], NULL, hood);
+    qw_collect_ball(t->s, v, FITTED * t->s->edge[v], NULL, ball);
     qw_vec3 cross = {0, 0, 0}, point = {0, 0, 0}, middle = t->s->mesh->position[v];
     float area = 0, apart = 0;
-    for (uint32_t i = 0; i < hood->count; i++) {
-        uint32_t w = hood->vertex[i];
+    for (uint32_t i = 0; i < ball->count; i++) {
+        uint32_t w = ball->vertex[i];
         cross = qw_add(cross, t->cross[w]), apart += qw_length(t->cross[w]), area += t->area[w];
         point = qw_madd(point, t->area[w], qw_sub(t->s->mesh->position[w], middle));
     }
@@ -192,50 +195,51 @@ static qw_side_plane patch_at(const side_task *t, uint32_t v, qw_hood *hood)
                            .jagged = all < 1 - 0.5f * JAGGED * JAGGED};
 }
 
-static void make_patches(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void make_planes(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     const side_task *t = user;
-    qw_hood hood;
-    for (uint32_t v = begin; v < end; v++) t->s->patch[v] = t->near[v] ? patch_at(t, v, &hood) : (qw_side_plane){0};
+    qw_vertex_ball ball;
+    for (uint32_t v = begin; v < end; v++) t->s->plane[v] = t->near[v] ? plane_at(t, v, &ball) : (qw_side_plane){0};
 }
 
 static float cost_of(const qw_sides *s, uint32_t v, uint32_t c)
 {
-    const qw_side_plane *p = &s->patch[c];
+    const qw_side_plane *p = &s->plane[c];
     if (qw_length2(p->normal) == 0 || p->jagged) return INFINITY;
     qw_vec3 d = qw_scale(qw_sub(s->mesh->position[v], p->point), 1 / s->edge[v]);
     float off = qw_dot(d, p->normal);
     return SPREAD_COST * p->spread * p->spread + PLANE_COST * off * off + FAR_COST * qw_length2(d);
 }
 
-/* The patch for v of those around it; less_like: their normals must differ by SEED_TURN from that patch's. */
-static uint32_t best_around(const qw_sides *s, uint32_t v, const qw_hood *hood, uint32_t less_like)
+/* The plane for v of those around it; less_like: their normals must differ by SEED_TURN from that plane's. */
+static uint32_t best_around(const qw_sides *s, uint32_t v, const qw_vertex_ball *ball, uint32_t less_like)
 {
     assert(v < s->mesh->vertex_count);
     float least = INFINITY;
     uint32_t best = QW_NONE;
-    for (uint32_t i = 0; i < hood->count; i++) {
-        uint32_t c = hood->vertex[i];
-        if (less_like != QW_NONE && qw_dot(s->patch[c].normal, s->patch[less_like].normal) > (float)QW_SHARP_COSINE)
+    for (uint32_t i = 0; i < ball->count; i++) {
+        uint32_t c = ball->vertex[i];
+        if (less_like != QW_NONE && qw_dot(s->plane[c].normal, s->plane[less_like].normal) > (float)QW_SHARP_COSINE)
             continue;
-        float cost = less_like == QW_NONE ? cost_of(s, v, c) : s->patch[c].jagged ? INFINITY : s->patch[c].spread;
+        float cost = less_like == QW_NONE ? cost_of(s, v, c) : s->plane[c].jagged ? INFINITY : s->plane[c].spread;
         if (cost < least) least = cost, best = c;
     }
     return best;
 }
 
+/* Chooses for each vertex near a band the plane that it belongs to: its own, or one nearby that costs less. */
 static void choose_sides(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     const side_task *t = user;
     const qw_sides *s = t->s;
-    qw_hood hood;
+    qw_vertex_ball ball;
     for (uint32_t v = begin; v < end; v++) {
         s->side[v] = v;
         if (t->near[v] < NEAR_RINGS - OWN_RINGS) continue;
-        qw_collect_hood(s, v, REACH * s->edge[v], NULL, &hood);
-        uint32_t best = best_around(s, v, &hood, QW_NONE);
+        qw_collect_ball(s, v, REACH * s->edge[v], NULL, &ball);
+        uint32_t best = best_around(s, v, &ball, QW_NONE);
         if (best != QW_NONE) s->side[v] = best;
     }
 }
@@ -254,7 +258,7 @@ static void agree(void *user, uint32_t block, uint32_t begin, uint32_t end)
         float least = INFINITY;
         do {
             uint32_t c = s->side[s->mesh->corner[qw_next(h)]];
-            bool is_same = qw_dot(s->patch[c].normal, s->patch[s->side[v]].normal) > SAME_COSINE;
+            bool is_same = qw_dot(s->plane[c].normal, s->plane[s->side[v]].normal) > SAME_COSINE;
             float cost = cost_of(s, v, c);
             all++, same += is_same;
             if (!is_same && cost < least) least = cost, best = c;
@@ -278,13 +282,14 @@ static void agree_on_sides(qw_env *env, side_task *t)
 /* ---- a few first */
 
 /* Of places where the surface is bent. */
-typedef struct trial {
+typedef struct bends {
     double uneven;         /* sum: spread of the two sides there, as a share of their turn */
     uint32_t bent, marked; /* how many there are; how many have an edge that is marked and turns by as much */
-} trial;
+} bends;
 
 static double angle_between(qw_vec3 n, qw_vec3 m) { return qw_acos(fmin(fmax((double)qw_dot(n, m), -1), 1)); }
 
+/* Whether a marked edge at v turns by at least QW_ALL_TURN of `turn`, radians. */
 static bool has_marked(const side_task *t, uint32_t v, double turn)
 {
     const qw_trimesh *mesh = t->s->mesh;
@@ -299,61 +304,62 @@ static bool has_marked(const side_task *t, uint32_t v, double turn)
     return false;
 }
 
-static void try_at(const side_task *t, uint32_t v, trial *sum)
+/* Adds what the surface is like at v: whether two planes of small spread meet there, as beside a sampled crease. */
+static void try_at(const side_task *t, uint32_t v, bends *sum)
 {
-    qw_hood around, hood;
+    qw_vertex_ball around, ball;
     const qw_sides *s = t->s;
-    qw_collect_hood(s, v, REACH * s->edge[v], NULL, &around);
+    qw_collect_ball(s, v, REACH * s->edge[v], NULL, &around);
     for (uint32_t i = 0; i < around.count; i++) {
         uint32_t c = around.vertex[i];
-        if (qw_length2(s->patch[c].normal) == 0) s->patch[c] = patch_at(t, c, &hood);
+        if (qw_length2(s->plane[c].normal) == 0) s->plane[c] = plane_at(t, c, &ball);
     }
     uint32_t a = best_around(s, v, &around, QW_NONE), b = a == QW_NONE ? a : best_around(s, v, &around, a);
-    double turn = b == QW_NONE ? 0 : angle_between(s->patch[a].normal, s->patch[b].normal);
+    double turn = b == QW_NONE ? 0 : angle_between(s->plane[a].normal, s->plane[b].normal);
     sum->bent++;
-    sum->uneven += turn > 0 ? fmin(0.5 * (double)(s->patch[a].spread + s->patch[b].spread) / turn, MOST_UNEVEN)
+    sum->uneven += turn > 0 ? fmin(0.5 * (double)(s->plane[a].spread + s->plane[b].spread) / turn, MOST_UNEVEN)
                             : MOST_UNEVEN;
     bool marked = false;
-    qw_collect_hood(s, v, PATCH * s->edge[v], NULL, &hood);
-    for (uint32_t i = 0; i < hood.count && s->mesh->mark && turn > 0; i++)
-        marked = marked || has_marked(t, hood.vertex[i], turn);
+    qw_collect_ball(s, v, FITTED * s->edge[v], NULL, &ball);
+    for (uint32_t i = 0; i < ball.count && s->mesh->mark && turn > 0; i++)
+        marked = marked || has_marked(t, ball.vertex[i], turn);
     sum->marked += marked;
 }
 
-typedef struct trial_list {
+typedef struct vertex_list {
     const side_task *t;
     const uint32_t *vertex;
-} trial_list;
+} vertex_list;
 
-static void make_some_patches(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void make_some_planes(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
-    const trial_list *l = user;
-    qw_hood hood;
+    const vertex_list *l = user;
+    qw_vertex_ball ball;
     (void)block;
-    for (uint32_t i = begin; i < end; i++) l->t->s->patch[l->vertex[i]] = patch_at(l->t, l->vertex[i], &hood);
+    for (uint32_t i = begin; i < end; i++) l->t->s->plane[l->vertex[i]] = plane_at(l->t, l->vertex[i], &ball);
 }
 
 /* Whether more places could make it seem banded, or not so. */
-static bool has_more_to_try(const trial *sum) { return sum->bent < MOST_SEEDS && sum->uneven <= UNEVEN * MOST_SEEDS; }
+static bool has_more_to_try(const bends *sum) { return sum->bent < MOST_SEEDS && sum->uneven <= UNEVEN * MOST_SEEDS; }
 
-/* Lists in `list` the vertices around those of `seed` that have no patch yet, and returns how many there are. listed:
+/* Lists in `list` the vertices around those of `seed` that have no plane yet, and returns how many there are. listed:
    uint8_t[vertex_count], those that were listed before. */
 static uint32_t list_around(const side_task *t, const uint32_t *seed, uint32_t count, uint8_t *listed, uint32_t *list)
 {
     uint32_t found = 0;
-    qw_hood around;
+    qw_vertex_ball around;
     for (uint32_t i = 0; i < count; i++) {
-        qw_collect_hood(t->s, seed[i], REACH * t->s->edge[seed[i]], NULL, &around);
+        qw_collect_ball(t->s, seed[i], REACH * t->s->edge[seed[i]], NULL, &around);
         for (uint32_t k = 0; k < around.count; k++) {
             uint32_t c = around.vertex[k];
-            if (listed[c] || qw_length2(t->s->patch[c].normal) > 0) continue;
+            if (listed[c] || qw_length2(t->s->plane[c].normal) > 0) continue;
             listed[c] = 1, list[found++] = c;
         }
     }
     return found;
 }
 
-/* PART: rough vertices whose patches are made on all threads, SEEDS: bent ones whose neighbourhoods are, before what
+/* PART: rough vertices whose planes are made on all threads, SEEDS: bent ones whose neighbourhoods are, before what
    they say is asked for. */
 enum { PART = 256, SEEDS = 32 };
 
@@ -362,30 +368,32 @@ static uint32_t keep_bent(const side_task *t, uint32_t *list, uint32_t count)
 {
     uint32_t kept = 0;
     for (uint32_t i = 0; i < count; i++)
-        if (t->s->patch[list[i]].spread > QW_BENT) list[kept++] = list[i];
+        if (t->s->plane[list[i]].spread > QW_BENT) list[kept++] = list[i];
     return kept;
 }
 
+/* Whether sampled creases are worth looking for: tries rough vertices spread over the surface, until enough of them
+ * are bent. */
 static bool seems_banded(qw_env *env, const side_task *t)
 {
     const qw_sides *s = t->s;
     uint32_t n = s->mesh->vertex_count, rough = 0, seen = 0, count = 0;
     for (uint32_t v = 0; v < n; v++) rough += s->rough[v];
     uint32_t step = rough / MOST_TRIED + 1, *list = QW_NEW(env, uint32_t, rough / step + 1);
-    uint32_t *around = QW_NEW(env, uint32_t, (size_t)SEEDS * QW_HOOD);
+    uint32_t *around = QW_NEW(env, uint32_t, (size_t)SEEDS * QW_BALL);
     uint8_t *listed = QW_NEW_ZERO(env, uint8_t, n);
     for (uint32_t v = 0; v < n; v++)
         if (s->rough[v] && seen++ % step == 0) list[count++] = v;
-    trial sum = {0};
+    bends sum = {0};
     for (uint32_t first = 0; first < count && has_more_to_try(&sum); first += PART) {
         uint32_t part = count - first < PART ? count - first : PART;
-        qw_parallel(env, part, PART / 16, make_some_patches, &(trial_list){t, list + first});
+        qw_parallel(env, part, PART / 16, make_some_planes, &(vertex_list){t, list + first});
         part = keep_bent(t, list + first, part);
         for (uint32_t i = 0; i < part && has_more_to_try(&sum); i++) {
             const uint32_t *seed = list + first + i;
             if (i % SEEDS == 0) {
                 uint32_t some = list_around(t, seed, part - i < SEEDS ? part - i : SEEDS, listed, around);
-                qw_parallel(env, some, PART / 16, make_some_patches, &(trial_list){t, around});
+                qw_parallel(env, some, PART / 16, make_some_planes, &(vertex_list){t, around});
             }
             try_at(t, *seed, &sum);
         }
@@ -407,10 +415,10 @@ bool qw_find_sides(qw_env *env, const qw_trimesh *mesh, qw_sides *sides)
     qw_free(env, t.face);
     if (!memchr(sides->rough, 1, n)) return false;
     find_edges(env, &t);
-    sides->patch = QW_NEW_ZERO(env, qw_side_plane, n), sides->side = QW_NEW(env, uint32_t, n);
+    sides->plane = QW_NEW_ZERO(env, qw_side_plane, n), sides->side = QW_NEW(env, uint32_t, n);
     if (!seems_banded(env, &t)) return false;
     t.near = find_near(env, sides);
-    qw_parallel(env, n, QW_GRAIN, make_patches, &t);
+    qw_parallel(env, n, QW_GRAIN, make_planes, &t);
     qw_parallel(env, n, QW_GRAIN, choose_sides, &t);
     agree_on_sides(env, &t);
     return true;

@@ -83,10 +83,10 @@ static stairs_edges list_edges(qw_env *env, const qw_trimesh *mesh, const qw_ste
    pieces. */
 static uint32_t affordable_samples(const stairs_task *t, const stairs_edges *e)
 {
-    qw_pilots pilots = {0};
-    for (uint32_t i; qw_next_pilot(&pilots, e->samples, &i);)
-        pilots.effort += qw_ball_effort(t->ball, middle_of(t, e->asked[i]));
-    return qw_affordable(&pilots, e->samples);
+    qw_probes probes = {0};
+    for (uint32_t i; qw_next_probe(&probes, e->samples, &i);)
+        probes.effort += qw_ball_effort(t->ball, middle_of(t, e->asked[i]));
+    return qw_affordable(&probes, e->samples);
 }
 
 void qw_find_steps(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, const qw_step_networks *networks,

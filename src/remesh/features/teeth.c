@@ -40,6 +40,7 @@ static int turn_at(const teeth *t, uint32_t from, uint32_t v)
    set, vertices on the way that stay so far are BETWEEN. */
 static int next_turn(teeth *t, uint32_t v, uint32_t next, bool marks)
 {
+    assert(v < t->mesh->vertex_count);
     float length = 0;
     for (uint32_t from = v;;) {
         length += qw_distance(t->mesh->position[from], t->mesh->position[next]);
@@ -55,6 +56,7 @@ static int next_turn(teeth *t, uint32_t v, uint32_t next, bool marks)
 /* Whether no sharp edge is at v: all faces around it lie near one plane, or nearly so. */
 static bool is_soft(const teeth *t, uint32_t v)
 {
+    assert(v < t->mesh->vertex_count);
     uint32_t first = t->outgoing[v], h = first;
     do {
         if (qw_dot(qw_normalize(qw_face_cross(t->mesh, h / 3)), t->normal[v]) < SHARP_COSINE) return false;
@@ -63,6 +65,7 @@ static bool is_soft(const teeth *t, uint32_t v)
     return true;
 }
 
+/* Marks the vertices of curves that turn to one side between two that turn to the other. Returns how many. */
 static uint32_t find_teeth(teeth *t)
 {
     uint32_t count = 0;
@@ -84,6 +87,7 @@ static uint32_t find_teeth(teeth *t)
 /* Whether the triangles around v are no worse than they may be with v at p. */
 static bool may_lie_at(const teeth *t, uint32_t v, qw_vec3 p)
 {
+    assert(v < t->mesh->vertex_count);
     uint32_t first = t->outgoing[v], h = first;
     do {
         const uint32_t *c = t->mesh->corner + 3 * (size_t)(h / 3);

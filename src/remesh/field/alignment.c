@@ -13,7 +13,7 @@ enum { ROUNDS = 6 };
 static const float PULL = 12, MOST_PULL = 8;
 /* Weight of a direction that was asked for, as a multiple of the weights of the vertex's edges: a cross that they would
  * turn by 45 degrees gives way by two. */
-static const float WISH_PULL = 16;
+static const float ASKED_PULL = 16;
 static const float LEAST_LENGTH = 1e-12f; /* of a mean length, squared: keeps a division from 0 / 0 */
 
 /* Pieces of the surface around a point, some thousands where it is one sheet; where there are more, it runs through
@@ -27,6 +27,7 @@ typedef struct direction_task {
     qw_vec3 *direction;
 } direction_task;
 
+/* The principal direction at each vertex, as long as it is clear; 0 where too much lies around it. */
 static void direction_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -59,22 +60,23 @@ qw_vec3 *qw_principal_directions(qw_env *env, const qw_trimesh *surface, double 
 
 /* The cross that a vertex's principal direction asks for: the fourth power of its angle to the vertex's axis, times the
  * direction's clearness, which `length` holds by itself. Sums of crosses are shorter where they disagree. */
-typedef struct wish {
+typedef struct preference {
     qw_phasor cross;
     float length;
-} wish;
+} preference;
 
 typedef struct pull_task {
     qw_connection_level *c;
     const qw_vec3 *axis;
     qw_vec3 *direction;
-    const wish *own, *from;
-    wish *to;
+    const preference *own, *from;
+    preference *to;
     float follow;
     float *pulled;
 } pull_task;
 
-static void wish_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+/* The cross that each vertex's direction asks for. */
+static void preference_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     const pull_task *t = user;
@@ -84,28 +86,28 @@ static void wish_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
         qw_phasor z = qw_phasor_unit((qw_phasor){qw_dot(d, x), qw_dot(d, qw_cross(n, x))});
         z = qw_phasor_mul(z, z);
         z = qw_phasor_mul(z, z);
-        t->to[v] = (wish){{length * z.re, length * z.im}, length};
+        t->to[v] = (preference){{length * z.re, length * z.im}, length};
     }
 }
 
-/* Replaces each wish by the mean of itself and of its neighbours' mean, carried along the links. */
+/* Replaces each preference by the mean of itself and of its neighbours' mean, carried along the links. */
 static void spread_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     const pull_task *t = user;
     const qw_level *level = t->c->level;
     for (uint32_t v = begin; v < end; v++) {
-        wish sum = {{0, 0}, 0};
+        preference sum = {{0, 0}, 0};
         float weight = 0;
         for (uint32_t i = level->begin[v]; i < level->begin[v + 1]; i++) {
             qw_phasor link = t->c->link[i];
-            const wish *u = &t->from[level->neighbour[i]];
+            const preference *u = &t->from[level->neighbour[i]];
             if (link.re == 0 && link.im == 0) continue;
             sum.cross = qw_phasor_add(sum.cross, qw_phasor_mul(link, u->cross));
             sum.length += level->weight[i] * u->length;
             weight += level->weight[i];
         }
-        const wish *own = &t->from[v];
+        const preference *own = &t->from[v];
         float half = weight > 0 ? 0.5f / weight : 0, rest = weight > 0 ? 0.5f : 1;
         t->to[v].cross = (qw_phasor){rest * own->cross.re + half * sum.cross.re,
                                      rest * own->cross.im + half * sum.cross.im};
@@ -122,12 +124,14 @@ static bool is_beside_curve(const qw_level *level, uint32_t v)
     return false;
 }
 
+/* Pulls each cross towards what its neighbourhood prefers, as far as that agrees in itself; not beside curves,
+ * which decide there. */
 static void pull_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     const pull_task *t = user;
     for (uint32_t v = begin; v < end; v++) {
-        wish own = t->own[v], around = t->from[v];
+        preference own = t->own[v], around = t->from[v];
         if (!(own.length > 0)) continue;
         float mean2 = around.cross.re * around.cross.re + around.cross.im * around.cross.im;
         float agree = mean2 / fmaxf(around.length * around.length, LEAST_LENGTH);
@@ -147,9 +151,9 @@ void qw_pull_along(qw_env *env, qw_connection_level *c, const qw_vec3 *axis, qw_
     assert(follow >= 0);
     uint32_t n = c->level->vertex_count;
     qw_scope_begin(env);
-    wish *own = QW_NEW(env, wish, n), *spread[2] = {QW_NEW(env, wish, n), QW_NEW(env, wish, n)};
+    preference *own = QW_NEW(env, preference, n), *spread[2] = {QW_NEW(env, preference, n), QW_NEW(env, preference, n)};
     pull_task t = {.c = c, .axis = axis, .direction = direction, .own = own, .to = own};
-    qw_parallel(env, n, QW_GRAIN_HEAVY, wish_block, &t);
+    qw_parallel(env, n, QW_GRAIN_HEAVY, preference_block, &t);
     t.from = own;
     for (int i = 0; i < ROUNDS; i++) {
         t.to = spread[i % 2];
@@ -169,13 +173,14 @@ typedef struct asked_task {
     float *pulled;
 } asked_task;
 
+/* Pulls each cross towards the direction that was asked for at its vertex. */
 static void pull_to_asked_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
     const asked_task *t = user;
     for (uint32_t v = begin; v < end; v++) {
         qw_vec3 n = t->c->level->normal[v], d = t->asked[v], x = t->axis[v];
-        float pull = t->c->diagonal[v] * WISH_PULL * qw_length(d);
+        float pull = t->c->diagonal[v] * ASKED_PULL * qw_length(d);
         if (!(pull > 0) || is_beside_curve(t->c->level, v)) continue;
         qw_phasor z = qw_phasor_unit((qw_phasor){qw_dot(d, x), qw_dot(d, qw_cross(n, x))});
         z = qw_phasor_mul(z, z);
@@ -186,7 +191,7 @@ static void pull_to_asked_block(void *user, uint32_t block, uint32_t begin, uint
     }
 }
 
-void qw_pull_to_wishes(qw_env *env, qw_connection_level *c, const qw_vec3 *axis, const qw_vec3 *asked, float *pulled)
+void qw_pull_to_asked(qw_env *env, qw_connection_level *c, const qw_vec3 *axis, const qw_vec3 *asked, float *pulled)
 {
     assert(c->level && c->diagonal && axis && asked && pulled);
     asked_task t = {c, axis, asked, pulled};

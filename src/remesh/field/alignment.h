@@ -23,6 +23,6 @@ void qw_pull_along(qw_env *env, qw_connection_level *c, const qw_vec3 *axis, qw_
 
 /* Adds the pull of directions that the caller of the library has asked for to the finest level: so strong that little
    but curves can turn a cross from them. asked: qw_vec3[vertex_count], tangents as long as they count, 0 to 1. */
-void qw_pull_to_wishes(qw_env *env, qw_connection_level *c, const qw_vec3 *axis, const qw_vec3 *asked, float *pulled);
+void qw_pull_to_asked(qw_env *env, qw_connection_level *c, const qw_vec3 *axis, const qw_vec3 *asked, float *pulled);
 
 #endif

@@ -84,8 +84,11 @@ static qw_phasor curvature(const finest_build *b, uint32_t v, float *edge2)
     return (qw_phasor){sum.re / count, sum.im / count};
 }
 
+/* Pulls the cross of v along the direction in which the surface bends most, the more the more it bends over an
+ * edge. */
 static void align(const finest_build *b, uint32_t v)
 {
+    assert(v < b->level->vertex_count);
     float edge2;
     qw_phasor q = curvature(b, v, &edge2);
     float bend2 = (q.re * q.re + q.im * q.im) * edge2;
@@ -106,6 +109,8 @@ static qw_phasor turned_by(float a)
     return (qw_phasor){(float)qw_cos(a), (float)qw_sin(a)};
 }
 
+/* The links from each free vertex to its neighbours, as complex numbers that carry a cross across; a constrained
+ * neighbour becomes a pull. */
 static void links_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -163,8 +168,10 @@ static void along_block(void *user, uint32_t block, uint32_t begin, uint32_t end
     }
 }
 
+/* Adds to coarse vertex p what its child v has: links inside p go into the diagonal. */
 static void add_child(const coarse_build *b, uint32_t p, uint32_t v)
 {
+    assert(v < b->fine->level->vertex_count && p < b->coarse->level->vertex_count);
     const qw_connection_level *fine = b->fine, *coarse = b->coarse;
     const uint32_t *parent = fine->level->parent;
     qw_phasor back = qw_phasor_conj(fine->along[v]);
@@ -196,6 +203,7 @@ static void coarse_block(void *user, uint32_t block, uint32_t begin, uint32_t en
     }
 }
 
+/* Room for one level of the connection, all zero. */
 static void new_level(qw_env *env, qw_connection_level *c, const qw_level *level)
 {
     assert(level->begin && level->normal);
@@ -227,7 +235,7 @@ static float *coarsen(qw_env *env, const qw_connection_level *fine, qw_connectio
 }
 
 qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy, const float *turn, qw_vec3 *direction,
-                                  float follow, const qw_vec3 *wish)
+                                  float follow, const qw_vec3 *asked)
 {
     assert(hierarchy->level_count > 0 && hierarchy->level_count <= QW_MAX_LEVELS);
     qw_connection c = {.level_count = hierarchy->level_count};
@@ -238,7 +246,7 @@ qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy, co
     qw_parallel(env, n, QW_GRAIN, axes_block, &b);
     qw_parallel(env, n, QW_GRAIN, links_block, &b);
     if (direction && follow > 0) qw_pull_along(env, &c.level[0], c.axis, direction, follow, b.pulled);
-    if (wish) qw_pull_to_wishes(env, &c.level[0], c.axis, wish, b.pulled);
+    if (asked) qw_pull_to_asked(env, &c.level[0], c.axis, asked, b.pulled);
     double pulled = 0;
     for (uint32_t v = 0; v < n; v++) pulled += b.pulled[v];
     qw_free(env, b.pulled);

@@ -25,10 +25,10 @@ typedef struct qw_connection {
 
 /* Vertices with a direction are constrained: z = 1 there. Corners have none to hold and take no part: their normal is a
    mean over sides that the field does not cross. turn: what qw_diffuse_curvature gives, or NULL. direction: what
-   qw_principal_directions gives, or NULL; follow: how strongly these pull, 0 to 1. wish: directions that were asked for
-   (remesh/field/alignment.h), or NULL. Allocated in the caller's scope; refers to the hierarchy. */
+   qw_principal_directions gives, or NULL; follow: how strongly these pull, 0 to 1. asked: directions that were asked
+   for (remesh/field/alignment.h), or NULL. Allocated in the caller's scope; refers to the hierarchy. */
 qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy, const float *turn, qw_vec3 *direction,
-                                  float follow, const qw_vec3 *wish);
+                                  float follow, const qw_vec3 *asked);
 
 /* The energy of z: qw_phasor[vertex_count] on the level. Constrained vertices have none among themselves. */
 double qw_connection_energy(const qw_connection_level *c, const qw_phasor *z);

@@ -50,6 +50,8 @@ static double curvature_between(qw_vec3 a, qw_vec3 b, qw_vec3 c)
     return qw_remainder(2 * qw_atan2(volume, sum), QUARTER_TURN);
 }
 
+/* Area and curvature of each triangle, and how much flows across its edges: nothing across curves, boundaries and
+ * at corners. */
 static void measure_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -73,6 +75,7 @@ static void measure_block(void *user, uint32_t block, uint32_t begin, uint32_t e
     }
 }
 
+/* y = A x, the matrix of the diffusion. */
 static void apply_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -98,6 +101,7 @@ static float size_turn(const diffusion *e, uint32_t h)
     return e->log_size ? DUAL_WEIGHT * (e->log_size[e->mesh->twin[h] / 3] - e->log_size[h / 3]) : 0;
 }
 
+/* What of the diffused curvature and of the sizes a cross has to turn by along each edge. */
 static void turn_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;

@@ -33,6 +33,7 @@ static double log_size_of(const girth *g, uint32_t f)
     return qw_ln(((double)g->size[c[0]] + (double)g->size[c[1]] + (double)g->size[c[2]]) / 3);
 }
 
+/* How the logarithm of the size would rise across each edge, if it followed the turns of the field. */
 static void measure_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -63,6 +64,7 @@ static void lack_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     }
 }
 
+/* y = A x, the Laplacian over triangles. */
 static void apply_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -100,6 +102,7 @@ static double centre(qw_env *env, const qw_trimesh *m, double *x)
     return all > 0 ? sqrt(square / all) : 0;
 }
 
+/* The slope of x at each vertex, the root of twice the mean square over the edges around it. */
 static void find_slopes(qw_env *env, const qw_trimesh *m, const double *x, float *slope)
 {
     float *count = QW_NEW_ZERO(env, float, m->vertex_count);

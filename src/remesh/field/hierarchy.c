@@ -101,8 +101,10 @@ static uint32_t best_partner(const qw_level *level, const uint32_t *partner, uin
     return best;
 }
 
+/* Joins vertices two by two, in the order of colours; some stay alone. */
 static pairing pair_vertices(qw_env *env, const qw_level *level)
 {
+    assert(level->vertex_count > 0);
     uint32_t n = level->vertex_count;
     pairing p = {QW_NEW(env, uint32_t, n), 0};
     memset(p.partner, 0xff, n * sizeof *p.partner);
@@ -117,6 +119,8 @@ static pairing pair_vertices(qw_env *env, const qw_level *level)
     return p;
 }
 
+/* What vertex `to` of the coarse level inherits of fine vertices a and b: the stronger constraint, with its
+ * position and direction. */
 static void merge_constraints(const qw_level *fine, uint32_t a, uint32_t b, qw_level *coarse, uint32_t to)
 {
     assert(a < fine->vertex_count && to < coarse->vertex_count);
@@ -140,6 +144,7 @@ typedef struct merging {
     uint32_t *room, *used; /* [blocks]: which is this, and how many there are */
 } merging;
 
+/* Position, normal, area and constraint of coarse vertex `to`, out of its one or two children. */
 static void merge_vertices(const merging *m, uint32_t to)
 {
     const qw_level *fine = m->fine;
@@ -170,6 +175,7 @@ static uint32_t merge_neighbours(const merging *m, uint32_t at, uint32_t *neighb
     return used;
 }
 
+/* Merges the vertices of a block and packs their neighbours one after the other. */
 static void merge_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const merging *m = user;
@@ -182,6 +188,8 @@ static void merge_block(void *user, uint32_t block, uint32_t begin, uint32_t end
     m->used[block] = used;
 }
 
+/* Numbers the pairs in the order of their first vertices, and says where each block finds room for its neighbours.
+ * */
 static void number_parents(const pairing *pairs, merging *m)
 {
     uint32_t next = 0, room = 0;
@@ -210,8 +218,10 @@ static uint32_t close_ranks(const merging *m, uint32_t blocks)
     return used;
 }
 
+/* The coarse level that a pairing makes. */
 static void merge_pairs(qw_env *env, qw_level *fine, const pairing *pairs, qw_level *coarse)
 {
+    assert(pairs->count == coarse->vertex_count);
     uint32_t n = coarse->vertex_count, total = fine->begin[fine->vertex_count], blocks = qw_block_count(n, QW_GRAIN);
     coarse->begin = QW_NEW(env, uint32_t, (size_t)n + 1);
     merging m = {fine,
@@ -239,6 +249,7 @@ static void new_level_arrays(qw_env *env, qw_level *level, uint32_t n)
     level->direction = QW_NEW_ZERO(env, qw_vec3, n);
 }
 
+/* The next coarser level; false, and nothing is made, where fewer than a twentieth of the vertices would go. */
 static bool coarsen(qw_env *env, qw_level *fine, qw_level *coarse)
 {
     pairing pairs = pair_vertices(env, fine);

@@ -50,6 +50,8 @@ typedef struct orientation_state {
     qw_vec3 *o;
 } orientation_state;
 
+/* One step of diffusion at v: the mean of its neighbours' crosses, carried to it, of its pull and of what it was.
+ * */
 static void diffuse(void *user, uint32_t v)
 {
     const orientation_state *s = user;
@@ -155,6 +157,7 @@ typedef struct starts {
     double energy[STARTS + 1];
 } starts;
 
+/* STARTS random crosses for vertex v. */
 static bundle scattered(uint64_t seed, uint32_t v)
 {
     bundle b;
@@ -184,6 +187,7 @@ static inline void add_product(bundle *sum, qw_phasor r, const bundle *z)
     }
 }
 
+/* As diffuse, for all starts at once. */
 static void diffuse_bundle(const qw_connection_level *c, bundle *z, const bundle *before, uint32_t v)
 {
     if (c->diagonal[v] == 0) return;
@@ -305,6 +309,7 @@ static void take_field_in_space(const starts *a, const qw_connection_level *c, c
     }
 }
 
+/* A start from the field that is smoothest in space, from a few levels below the last one down to it. */
 static void start_in_space(starts *a)
 {
     assert(a->last < a->connection->level_count && a->space);
@@ -361,13 +366,13 @@ static qw_phasor *best_start(qw_env *env, const qw_connection *connection, const
 }
 
 qw_vec3 *qw_orientation_field(qw_env *env, const qw_hierarchy *hierarchy, const float *turn, qw_vec3 *direction,
-                              float follow, const qw_vec3 *wish, uint64_t seed)
+                              float follow, const qw_vec3 *asked, uint64_t seed)
 {
     assert(hierarchy->level_count > 0 && follow >= 0 && follow <= 1);
     const qw_level *finest = &hierarchy->level[0];
     qw_vec3 *o = QW_NEW(env, qw_vec3, finest->vertex_count);
     qw_scope_begin(env);
-    qw_connection connection = qw_connection_build(env, hierarchy, turn, direction, follow, wish);
+    qw_connection connection = qw_connection_build(env, hierarchy, turn, direction, follow, asked);
     uint32_t l = 0;
     while (l + 1 < hierarchy->level_count && hierarchy->level[l].vertex_count > START_VERTICES) l++;
     orientation_state s = {.c = &connection.level[l], .axis = connection.axis, .o = o};

@@ -7,11 +7,11 @@
 
 /* The smoothest field found, crosses being carried in the surface and turned by `turn` besides
    (remesh/field/connection.h; may be NULL), and along the directions (remesh/field/alignment.h; may be NULL) as much as
-   `follow` says, 0 to 1, and along those of `wish`, which were asked for (may be NULL). Vertices with a direction
+   `follow` says, 0 to 1, and along those of `asked`, which were asked for (may be NULL). Vertices with a direction
    (curves) keep the cross aligned with it. Returns qw_vec3[vertex_count of level 0]: unit tangents orthogonal to the
    normals. Uses 0 to 1 of the stage's progress. */
 qw_vec3 *qw_orientation_field(qw_env *env, const qw_hierarchy *hierarchy, const float *turn, qw_vec3 *direction,
-                              float follow, const qw_vec3 *wish, uint64_t seed);
+                              float follow, const qw_vec3 *asked, uint64_t seed);
 
 /* The energy of Eq. (1): sum over the edges of the squared angle (radians) between the matched axes. */
 double qw_orientation_energy(const qw_level *level, const qw_vec3 *orientation);

@@ -53,10 +53,10 @@ typedef struct sectors {
     bool with_boundary;
     const uint8_t *constraint;
     const uint32_t *outgoing;
-    float *tilt;     /* float[vertex_count], radians about the normal */
-    uint32_t *patch; /* uint32_t[face_count], sets of triangles that no curve parts */
-    float *excess;   /* float[face_count], by patch: quarters of its corners over their angles, those about 135 and 225
-                        degrees left out */
+    float *tilt;      /* float[vertex_count], radians about the normal */
+    uint32_t *region; /* uint32_t[face_count], sets of triangles that no curve parts */
+    float *excess; /* float[face_count], by region: quarters of its corners over their angles, those about 135 and 225
+                      degrees left out */
 } sectors;
 
 static bool is_curve(const sectors *s, uint32_t h) { return qw_is_curve_edge(s->mesh, h, s->with_boundary); }
@@ -64,6 +64,7 @@ static bool is_curve(const sectors *s, uint32_t h) { return qw_is_curve_edge(s->
 /* The vertex after v on a curve that came from `from`; QW_NONE past its end. */
 static uint32_t next_on_curve(const sectors *s, uint32_t from, uint32_t v)
 {
+    assert(v < s->mesh->vertex_count);
     uint32_t h = s->outgoing[v];
     do {
         uint32_t w = s->mesh->corner[qw_next(h)], back = qw_prev(h);
@@ -98,6 +99,7 @@ static void tilt_curve(const sectors *s, uint32_t corner, uint32_t v, float angl
    long enough. */
 static void tilt_apart(const sectors *s, uint32_t corner, uint32_t v, uint32_t w, float angle, uint32_t least_length)
 {
+    assert(v < s->mesh->vertex_count && w < s->mesh->vertex_count);
     uint32_t lengths[2] = {curve_length(s, corner, v), curve_length(s, corner, w)},
              shorter = lengths[lengths[1] < lengths[0]];
     if (shorter < least_length) return;
@@ -118,22 +120,25 @@ static void count_sector(sectors *s, uint32_t corner, uint32_t first, uint32_t b
 {
     assert(corner < s->mesh->vertex_count);
     (void)corner, (void)back;
+    assert(first < 3 * s->mesh->face_count);
     if (is_between(angle, LEAST_WIDE, MOST_WIDE)) return;
     float quarters = angle / (90 * RADIANS), whole = (float)qw_round_even(quarters);
     if (quarters > 1 && fabsf(quarters - whole) > TIE) return;
-    s->excess[qw_set_of(s->patch, first / 3)] += fmaxf(whole, 1) - quarters;
+    s->excess[qw_set_of(s->region, first / 3)] += fmaxf(whole, 1) - quarters;
 }
 
+/* Tilts the crosses in a sector between two curves, so that its angle is met by a whole number of quads. */
 static void tilt_sector(sectors *s, uint32_t corner, uint32_t first, uint32_t back, float angle)
 {
     assert(corner < s->mesh->vertex_count);
+    assert(first < 3 * s->mesh->face_count);
     const qw_trimesh *mesh = s->mesh;
     bool at_boundary = mesh->twin[first] == QW_NONE && mesh->twin[back] == QW_NONE;
     uint32_t v = mesh->corner[qw_next(first)], w = mesh->corner[back];
     if (is_between(angle, at_boundary ? LEAST_AT_BOUNDARY : LEAST, MOST))
         tilt_apart(s, corner, v, w, WANTED * RADIANS - angle, 0);
     if (!at_boundary && is_between(angle, LEAST_WIDE, MOST_WIDE) &&
-        s->excess[qw_set_of(s->patch, first / 3)] <= TOO_MANY)
+        s->excess[qw_set_of(s->region, first / 3)] <= TOO_MANY)
         tilt_apart(s, corner, v, w, WANTED_WIDE * RADIANS - angle, LEAST_LENGTH);
 }
 
@@ -159,13 +164,13 @@ static void visit_sectors(sectors *s, uint32_t corner, visit_sector *visit)
     } while (h != QW_NONE && h != start);
 }
 
-static void find_patches(sectors *s)
+static void find_regions(sectors *s)
 {
     const qw_trimesh *mesh = s->mesh;
-    qw_sets_begin(s->patch, mesh->face_count);
+    qw_sets_begin(s->region, mesh->face_count);
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++)
         if (mesh->twin[h] != QW_NONE && h < mesh->twin[h] && !is_curve(s, h))
-            qw_join_sets(s->patch, h / 3, mesh->twin[h] / 3);
+            qw_join_sets(s->region, h / 3, mesh->twin[h] / 3);
 }
 
 void qw_open_sharp_corners(qw_env *env, const qw_trimesh *mesh, bool with_boundary, const uint8_t *constraint,
@@ -179,9 +184,9 @@ void qw_open_sharp_corners(qw_env *env, const qw_trimesh *mesh, bool with_bounda
                  .with_boundary = with_boundary,
                  .constraint = constraint,
                  .outgoing = qw_trimesh_outgoing(env, mesh)};
-    s.tilt = QW_NEW_ZERO(env, float, n), s.patch = QW_NEW(env, uint32_t, mesh->face_count),
+    s.tilt = QW_NEW_ZERO(env, float, n), s.region = QW_NEW(env, uint32_t, mesh->face_count),
     s.excess = QW_NEW_ZERO(env, float, mesh->face_count);
-    find_patches(&s);
+    find_regions(&s);
     for (uint32_t v = 0; v < n; v++)
         if (constraint[v] == QW_VERTEX_CORNER) visit_sectors(&s, v, count_sector);
     for (uint32_t v = 0; v < n; v++)

@@ -32,6 +32,7 @@ typedef struct diffusion {
     double *y;
 } diffusion;
 
+/* Lists the neighbours of each vertex off creases; along a boundary twice, as the missing triangle would. */
 static void collect_neighbours(qw_env *env, diffusion *d)
 {
     assert(d->mesh->twin);
@@ -54,6 +55,7 @@ static void collect_neighbours(qw_env *env, diffusion *d)
     }
 }
 
+/* y = A x for three coordinates, the matrix of the diffusion. */
 static void apply_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -106,6 +108,7 @@ typedef struct equations {
     double *diagonal, *b, *x; /* 0 on the diagonal where the normal is kept */
 } equations;
 
+/* Diagonal, right side and first guess of the diffusion. */
 static void fill_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -158,6 +161,8 @@ typedef struct blend {
     float *share; /* or NULL */
 } blend;
 
+/* The normal of each vertex between the slightly and the widely smoothed one: the latter only as far as the former
+ * is long. */
 static void blend_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;

@@ -21,6 +21,8 @@ typedef struct look {
     unsigned quarter;
 } look;
 
+/* Adds a candidate if the cone that was seen from `start` lies nearly straight ahead, and a line of it that is not
+ * held yet looks back. */
 static void add_candidate(qw_env *env, const look *s, uint32_t end, unsigned turn, qw_double2 at)
 {
     const qw_layout *l = s->outlook->layout;

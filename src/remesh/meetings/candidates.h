@@ -10,8 +10,8 @@ typedef struct qw_candidate {
     double ahead, aside;           /* quads along the line and across it to the other cone */
     double gain;                   /* quads by which the two lines become shorter */
     double turned;                 /* 1 + aside^2 */
-    double key;                    /* the larger, the sooner it is attempted */
-    bool misses_count;             /* an attempt at it failed as there would have been too many quads, or too few */
+    double key;                    /* the larger, the sooner it is tried */
+    bool misses_count;             /* a try at it failed as there would have been too many quads, or too few */
 } qw_candidate;
 
 typedef struct qw_candidates {

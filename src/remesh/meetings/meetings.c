@@ -1,7 +1,7 @@
 #include "remesh/meetings/meetings.h"
 
 #include "base/constants.h"
-#include "remesh/meetings/attempts.h"
+#include "remesh/meetings/tries.h"
 #include "remesh/quantise/closed_moves.h"
 #include "remesh/quantise/nearest.h"
 #include "remesh/quantise/touching.h"
@@ -17,26 +17,26 @@ static const double WORTH_LEAST = 0.1, WORTH = 0.5;
 static const double LONGEST = 20;
 /* Quads: so far a search that takes the nearest first looks at the beginning, then twice as far. */
 static const double FIRST_REACH = 4;
-/* IN_VAIN: attempts without success, one after the other, before the search ends: of 250 that were kept on ten meshes
+/* IN_VAIN: tries without success, one after the other, before the search ends: of 250 that were kept on ten meshes
    two came later. WORK: triangles of all layouts looked at; the search of candidates costs about as much as SEARCH
-   attempts. ROOM: triangles for each of the complex. NEAREST_WORK: triangles of the offsets looked at that keep what is
+   tries. ROOM: triangles for each of the complex. NEAREST_WORK: triangles of the offsets looked at that keep what is
    held. AT_A_TIME: candidates picked. */
 enum { IN_VAIN = 250, WORK = 600000, SEARCH = 20, ROOM = 4, NEAREST_WORK = 12500, AT_A_TIME = 64 };
 /* Bytes of a lane: LANE_LEAST and so many a face that there is room for, which has been enough for 88 meshes. Where
    that is more than LANE_MOST there are no lanes. */
 enum { LANE_LEAST = 1 << 20, LANE_A_FACE = 900, LANE_MOST = 1 << 24 };
 
-typedef struct search {
+typedef struct meeting_search {
     qw_meeting_terms terms;
     qw_measured_layout now;
-    qw_attempts *attempts;
+    qw_tries *tries;
     double left;   /* work */
     qw_int2 *best; /* offsets of the best so far */
     double best_lines;
     qw_candidates found, failed;
-} search;
+} meeting_search;
 
-static bool has_failed(const search *s, const qw_candidate *k)
+static bool has_failed(const meeting_search *s, const qw_candidate *k)
 {
     for (size_t i = 0; i < s->failed.count; i++)
         if (qw_is_same_candidate(&s->failed.found[i], k)) return true;
@@ -50,14 +50,14 @@ static double score_of(const qw_meeting_terms *t, const qw_measured_layout *m)
            qw_area_beyond(t->least_area, t->most_area, qw_complex_area(&m->layout.complex));
 }
 
-static bool is_promised(const search *s)
+static bool is_promised(const meeting_search *s)
 {
     const qw_meeting_terms *t = &s->terms;
     return qw_area_beyond(t->least_promised, t->most_promised, qw_complex_area(&s->now.layout.complex)) <= 0;
 }
 
 /* Keeps the layout's offsets if they are the best so far. */
-static void consider(qw_env *env, search *s)
+static void consider(qw_env *env, meeting_search *s)
 {
     const qw_meeting_terms *t = &s->terms;
     double score = score_of(t, &s->now);
@@ -67,8 +67,8 @@ static void consider(qw_env *env, search *s)
     s->terms.best_score = score, s->best_lines = s->now.lines;
 }
 
-/* Attempts the candidates found whose keys are between these, until one is kept; returns false where none is. */
-static bool keep_one_of(qw_env *env, search *s, double least, double most, uint32_t *tried, uint32_t most_tried)
+/* Tries the candidates found whose keys are between these, until one is kept; returns false where none is. */
+static bool keep_one_of(qw_env *env, meeting_search *s, double least, double most, uint32_t *tried, uint32_t most_tried)
 {
     qw_candidate *some[AT_A_TIME];
     for (size_t i = 0; i < s->found.count && s->found.found[i].key >= least && *tried < most_tried;) {
@@ -80,7 +80,7 @@ static bool keep_one_of(qw_env *env, search *s, double least, double most, uint3
             for (uint32_t j = 0; j < n && !is_known; j++) is_known = qw_is_same_candidate(some[j], k);
             if (!is_known) some[n++] = k;
         }
-        uint32_t kept = qw_attempts_make(env, s->attempts, some, n, &s->now);
+        uint32_t kept = qw_tries_make(env, s->tries, some, n, &s->now);
         *tried += kept < n ? kept + 1 : n;
         for (uint32_t j = 0; j < kept; j++) {
             s->failed.found = qw_grow(env, s->failed.found, &s->failed.room, s->failed.count + 1, sizeof *some[j]);
@@ -91,25 +91,27 @@ static bool keep_one_of(qw_env *env, search *s, double least, double most, uint3
     return false;
 }
 
-static bool keep_one(qw_env *env, search *s, uint32_t *tried, uint32_t most_tried)
+/* Makes one meeting, of cones that lie near first where tries are accepted by an estimate. Returns whether there
+ * was one. */
+static bool keep_one(qw_env *env, meeting_search *s, uint32_t *tried, uint32_t most_tried)
 {
     qw_outlook outlook = {&s->now.layout, s->now.length, QW_FARTHEST_CONE, s->terms.accepts_by_estimate};
-    double nearer = INFINITY; /* keys above this have been attempted */
+    double nearer = INFINITY; /* keys above this have been tried */
     if (s->terms.accepts_by_estimate)
         for (outlook.reach = FIRST_REACH; outlook.reach < QW_FARTHEST_CONE; outlook.reach *= 2) {
-            qw_attempts_find(env, s->attempts, &outlook, &s->found);
+            qw_tries_find(env, s->tries, &outlook, &s->found);
             if (keep_one_of(env, s, -outlook.reach, nearer, tried, most_tried)) return true;
             nearer = -outlook.reach;
         }
     outlook.reach = QW_FARTHEST_CONE;
-    qw_attempts_find(env, s->attempts, &outlook, &s->found);
+    qw_tries_find(env, s->tries, &outlook, &s->found);
     return keep_one_of(env, s, -INFINITY, nearer, tried, most_tried);
 }
 
 /* Considers the layout with other integers. */
 static void look_at_nearest(qw_env *env, void *user)
 {
-    search *s = user;
+    meeting_search *s = user;
     double most = s->terms.best_score;
     if (is_promised(s) && qw_measure_energy(&s->terms, &s->now) &&
         qw_measure_lines(&s->terms, &s->now, most - s->terms.worth * s->now.energy))
@@ -117,12 +119,12 @@ static void look_at_nearest(qw_env *env, void *user)
 }
 
 /* Considers all offsets that keep what is held and cost less than the best so far. */
-static void look_around(qw_env *env, search *s)
+static void look_around(qw_env *env, meeting_search *s)
 {
     uint32_t faces = s->now.layout.complex.face_count;
     double energy = s->now.energy;
-    qw_nearest_wish wish = {NEAREST_WORK / faces, s->terms.best_score / s->terms.worth, look_at_nearest, s};
-    s->left -= (double)qw_visit_nearest(env, &s->now.layout.complex, &wish) * faces;
+    qw_nearest_request request = {NEAREST_WORK / faces, s->terms.best_score / s->terms.worth, look_at_nearest, s};
+    s->left -= (double)qw_visit_nearest(env, &s->now.layout.complex, &request) * faces;
     s->now.energy = energy;
 }
 
@@ -136,10 +138,10 @@ static void forget_misses(qw_candidates *failed)
 }
 
 /* Makes lines meet until none more can be made to. */
-static void make_all(qw_env *env, search *s, qw_meeting_counts *counts, double share)
+static void make_all(qw_env *env, meeting_search *s, qw_meeting_counts *counts, double share)
 {
     s->left = WORK * share, s->failed.count = 0;
-    uint32_t vain = 0; /* attempts since the last one kept */
+    uint32_t vain = 0; /* tries since the last one kept */
     for (uint32_t kept_before = QW_NONE; kept_before != counts->kept;) {
         kept_before = counts->kept;
         forget_misses(&s->failed);
@@ -159,12 +161,14 @@ static void make_all(qw_env *env, search *s, qw_meeting_counts *counts, double s
     }
 }
 
-static search begin_search(qw_env *env, const qw_component *component, const qw_meeting_wish *wish, const qw_int2 *d)
+/* The layout as it comes, with all that does not change during the search. In the current scope. */
+static meeting_search begin_search(qw_env *env, const qw_component *component, const qw_meeting_request *request,
+                                   const qw_int2 *d)
 {
-    assert(component->vertex_count > 0 && wish->real && d);
+    assert(component->vertex_count > 0 && request->real && d);
     const qw_complex *c = &component->decimated.complex;
     uint32_t room = ROOM * c->face_count + component->vertex_count;
-    search s = {.now = qw_measured_layout_make(env, component, wish->real, room)};
+    meeting_search s = {.now = qw_measured_layout_make(env, component, request->real, room)};
     qw_complex first = s.now.source;
     first.d = memcpy(s.now.source.d, d, c->edge_count * sizeof *d);
     s.terms = (qw_meeting_terms){
@@ -174,12 +178,12 @@ static search begin_search(qw_env *env, const qw_component *component, const qw_
         .inverted = qw_complex_inverted(&first),
         .touching = qw_count_touching(env, component, d),
         .curves = qw_find_closed_curves(env, component),
-        .worth = WORTH_LEAST + WORTH * (1 - wish->loops) / wish->loops,
-        .least_area = wish->least_area,
-        .most_area = wish->most_area,
-        .least_promised = wish->least_promised,
-        .most_promised = wish->most_promised,
-        .longest = (int32_t)(LONGEST * sqrt(wish->most_area)),
+        .worth = WORTH_LEAST + WORTH * (1 - request->loops) / request->loops,
+        .least_area = request->least_area,
+        .most_area = request->most_area,
+        .least_promised = request->least_promised,
+        .most_promised = request->most_promised,
+        .longest = (int32_t)(LONGEST * sqrt(request->most_area)),
     };
     s.terms.odd = qw_count_odd_curves(&s.terms.curves, d);
     qw_measured_layout_fill(&s.terms, &s.now, d);
@@ -188,12 +192,13 @@ static search begin_search(qw_env *env, const qw_component *component, const qw_
     return s;
 }
 
-qw_meeting_counts qw_make_meetings(qw_env *env, const qw_component *component, const qw_meeting_wish *wish, qw_int2 *d)
+qw_meeting_counts qw_make_meetings(qw_env *env, const qw_component *component, const qw_meeting_request *request,
+                                   qw_int2 *d)
 {
-    assert(wish->loops > 0 && wish->loops <= 1 && wish->least_area <= wish->most_area);
-    if (!(wish->most_area > 0)) return (qw_meeting_counts){0}; /* it is inverted as a whole: no line has a length */
+    assert(request->loops > 0 && request->loops <= 1 && request->least_area <= request->most_area);
+    if (!(request->most_area > 0)) return (qw_meeting_counts){0}; /* it is inverted as a whole: no line has a length */
     qw_scope_begin(env);
-    search s = begin_search(env, component, wish, d);
+    meeting_search s = begin_search(env, component, request, d);
     if (!(s.terms.first_area > 0)) { /* likewise, by its integers */
         qw_scope_end(env);
         return (qw_meeting_counts){0};
@@ -201,18 +206,18 @@ qw_meeting_counts qw_make_meetings(qw_env *env, const qw_component *component, c
     size_t edges = s.now.source.edge_count;
     uint32_t room = s.now.layout.face_room;
     size_t bytes = LANE_LEAST + (size_t)room * LANE_A_FACE;
-    s.attempts = qw_attempts_begin(env, &s.terms, s.now.source.real, room, bytes <= LANE_MOST ? bytes : 0);
+    s.tries = qw_tries_begin(env, &s.terms, s.now.source.real, room, bytes <= LANE_MOST ? bytes : 0);
     qw_meeting_counts counts = {.length_before = (int64_t)s.now.lines};
     if (edges <= QW_MOST_MOVED_EDGES) { /* first by estimates, then by measures, from where that ended */
         s.terms.accepts_by_estimate = true;
-        make_all(env, &s, &counts, wish->share);
+        make_all(env, &s, &counts, request->share);
         s.terms.accepts_by_estimate = false;
         qw_measured_layout_fill(&s.terms, &s.now, memcpy(QW_NEW(env, qw_int2, edges), s.best, edges * sizeof *s.best));
     }
-    make_all(env, &s, &counts, wish->share);
+    make_all(env, &s, &counts, request->share);
     memcpy(d, s.best, edges * sizeof *d);
     counts.length_after = (int64_t)s.best_lines;
-    qw_attempts_end(s.attempts);
+    qw_tries_end(s.tries);
     qw_scope_end(env);
     return counts;
 }

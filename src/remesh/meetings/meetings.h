@@ -15,7 +15,7 @@
 
 #include "remesh/quantise/complex_components.h"
 
-typedef struct qw_meeting_wish {
+typedef struct qw_meeting_request {
     const qw_real2 *real; /* qw_real2[edges of the component]: what the integers are near to */
     double loops;         /* as the option, above 0 */
     double least_area;    /* of the component's complex, in quads */
@@ -23,7 +23,7 @@ typedef struct qw_meeting_wish {
     /* of the area, as the count is promised; beyond least_area and most_area at a cost */
     double least_promised, most_promised;
     double share; /* of all the work that may be done, as there are other components */
-} qw_meeting_wish;
+} qw_meeting_request;
 
 typedef struct qw_meeting_counts {
     uint32_t tried, kept;
@@ -31,6 +31,7 @@ typedef struct qw_meeting_counts {
 } qw_meeting_counts;
 
 /* d: qw_int2[edges of the component], which obey Eq. (3) and do so afterwards. */
-qw_meeting_counts qw_make_meetings(qw_env *env, const qw_component *component, const qw_meeting_wish *wish, qw_int2 *d);
+qw_meeting_counts qw_make_meetings(qw_env *env, const qw_component *component, const qw_meeting_request *request,
+                                   qw_int2 *d);
 
 #endif

@@ -119,6 +119,7 @@ typedef struct incidence {
     system *s;
 } incidence;
 
+/* Lists the edges at each class of vertices. */
 static void collect_edges(qw_env *env, incidence *in)
 {
     const qw_offset_mesh *m = in->m;
@@ -168,6 +169,8 @@ static void merge_block(void *user, uint32_t block, uint32_t begin, uint32_t end
         if (has_few_edges(in, c)) merge_links(in, c, NULL);
 }
 
+/* The neighbours of each class of vertices, with weights and wanted vectors to them: edges between the same two
+ * classes become one link. */
 static void collect_links(qw_env *env, const qw_offset_mesh *m, const uint32_t *number, system *s)
 {
     assert(number && s->size);
@@ -207,6 +210,7 @@ static void move_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     for (uint32_t c = begin; c < end; c++) p->moved[c] = displacement(p->s, p->x, c);
 }
 
+/* y = A x: the residuals of all links at each class, along its two axes. */
 static void apply_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -238,6 +242,7 @@ typedef struct right_side {
     double *diagonal, *b;
 } right_side;
 
+/* Right side and diagonal of the same system. */
 static void fill_right(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -263,6 +268,7 @@ typedef struct energies {
     double *energy, *count; /* of each block */
 } energies;
 
+/* Energy and count of the links of a block, in squares of their sizes. */
 static void add_energies(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const energies *e = user;

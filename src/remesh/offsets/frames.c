@@ -145,8 +145,12 @@ static void lay_chosen(framing *g, const sector *s, const uint8_t *before, unsig
         lay_elsewhere(g, s->out[i] / 3, chosen >> i & 1u ? s->out[i] % 3 : before[i]);
 }
 
+/* Lays the missing quarter turns of a sector on those of its triangles' vertices with which the sector between two
+ * curves has the angle that is nearest to a whole number of quarters. All choices among MOST_MOVED triangles are
+ * tried. */
 static void repair_sector(framing *g, uint32_t first, uint32_t last, float angle)
 {
+    assert(first < 3 * g->m->face_count && last < 3 * g->m->face_count);
     const qw_offset_mesh *m = g->m;
     sector s = {.first = first, .last = last, .angle = angle};
     uint8_t before[MOST_MOVED];
@@ -175,6 +179,7 @@ static void repair_sector(framing *g, uint32_t first, uint32_t last, float angle
 /* The first half-edge along a curve counter-clockwise from the boundary, where there is one in the fan of start. */
 static uint32_t first_curve(const qw_offset_mesh *m, uint32_t start)
 {
+    assert(start < 3 * m->face_count);
     uint32_t first = start;
     for (uint32_t t = m->twin[start]; t != QW_NONE;) {
         uint32_t h = qw_next(t);
@@ -210,6 +215,7 @@ static void repair_corner(framing *g, uint32_t start)
 /* The sector of the tail of h, a corner, in which the triangle of h lies; false where it has no two curves. */
 static bool find_sector(const qw_offset_mesh *m, uint32_t h, sector *s)
 {
+    assert(h < 3 * m->face_count);
     *s = (sector){.first = h};
     while (!m->fixed[m->edge[s->first]]) {
         uint32_t t = m->twin[s->first];
@@ -237,6 +243,7 @@ static int surplus_of(const qw_offset_mesh *m, const sector *s)
    along the other axis of the triangle then. */
 static bool exchange_quarter(framing *g, uint32_t h)
 {
+    assert(h < 3 * g->m->face_count);
     qw_offset_mesh *m = g->m;
     sector one, two;
     if (!find_sector(m, h, &one) || !find_sector(m, qw_next(h), &two)) return false;

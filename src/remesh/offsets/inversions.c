@@ -64,6 +64,8 @@ typedef struct verdict {
     int32_t spread;   /* sum of squared lengths after the move: less is more compact */
 } verdict;
 
+/* What a move of the star's centre by t leads to: whether no edge gets longer than it may, the area that is
+ * inverted, and how long its edges are. */
 static verdict judge_move(const qw_offset_mesh *m, const qw_star *star, qw_int2 t)
 {
     verdict v = {.allowed = true};
@@ -108,7 +110,7 @@ static bool improve_vertex(qw_offset_mesh *m, const qw_star *star)
     return true;
 }
 
-enum { STEPS_IN_SILENCE = 256 };
+enum { STEPS_A_HEARTBEAT = 256 };
 
 void qw_remove_inversions_greedy(qw_env *env, qw_offset_mesh *m, qw_inversion_counts *counts)
 {
@@ -123,7 +125,7 @@ void qw_remove_inversions_greedy(qw_env *env, qw_offset_mesh *m, qw_inversion_co
     counts->inverted_before = waiting;
     for (uint32_t step = 0; waiting > 0; step++) { /* a face is tried again only after the inverted area has fallen */
         uint32_t f = queue[head];
-        if (step % STEPS_IN_SILENCE == 0) qw_break_silence(env);
+        if (step % STEPS_A_HEARTBEAT == 0) qw_heartbeat(env);
         head = head + 1 == m->face_count ? 0 : head + 1;
         waiting--;
         queued[f] = 0;

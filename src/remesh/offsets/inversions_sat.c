@@ -16,6 +16,8 @@ static size_t radius_count(qw_sat_effort effort)
     return sizeof radii / sizeof *radii - (effort == QW_SAT_NEAR ? 1 : 0);
 }
 
+/* Asks the solver for steps of the vertices around an inverted triangle after which none is inverted, and takes
+ * them. last: where there are none, the neighbourhood's triangles are marked as given up. */
 static bool solve_around(qw_env *env, qw_offset_mesh *m, qw_neighbourhood *n, uint32_t seed, uint32_t radius, bool last,
                          uint8_t *given_up, qw_inversion_counts *counts)
 {

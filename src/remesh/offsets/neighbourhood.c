@@ -22,8 +22,10 @@ qw_neighbourhood qw_neighbourhood_make(qw_env *env, const qw_offset_mesh *m)
     return n;
 }
 
+/* Adds v and the triangles around it, unless it is there already, has a cone or may not move. */
 static void add_vertex(qw_env *env, qw_neighbourhood *n, uint32_t v)
 {
+    assert(v < n->m->vertex_count);
     if (n->number[v] != QW_NONE || n->m->index[v] != 0) return;
     qw_star_at(env, n->m, n->outgoing[v], &n->star);
     if (!n->star.movable) return;
@@ -96,6 +98,7 @@ void qw_neighbourhood_clause(qw_sat *sat, const int *literals, int count)
     qw_sat_clause(sat, clause, length);
 }
 
+/* A vertex that moves takes exactly one of its steps. */
 static void add_vertex_clauses(const qw_neighbourhood *n, qw_sat *sat)
 {
     for (uint32_t i = 0; i < n->count; i++) {
@@ -121,6 +124,8 @@ static void add_edge_clauses(const qw_neighbourhood *n, qw_sat *sat, uint32_t h)
                 qw_neighbourhood_clause(sat, (int[]){qw_denies(n, u, a), qw_denies(n, v, b)}, 2);
 }
 
+/* No three steps together invert triangle f; those are left out that lead to long edges, which are ruled out
+ * elsewhere. */
 static void add_face_clauses(const qw_neighbourhood *n, qw_sat *sat, uint32_t f)
 {
     assert(f < n->m->face_count);

@@ -8,6 +8,7 @@
 #include <math.h>
 #include <string.h>
 
+/* Numbers the edges, and chooses the half-edge in whose frame each one's offset is kept. */
 static void number_edges(qw_env *env, qw_offset_mesh *m)
 {
     uint32_t corners = 3 * m->face_count, count = 0;

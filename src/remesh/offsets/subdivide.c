@@ -47,6 +47,7 @@ static void grow_edges(qw_env *env, qw_offset_mesh *m, room *r)
 #undef GROW
 }
 
+/* A vertex in the middle of half-edge h, with the means of what its ends have. */
 static uint32_t add_midpoint(qw_env *env, qw_offset_mesh *m, room *r, uint32_t h)
 {
     assert(h < 3 * m->face_count);
@@ -64,9 +65,11 @@ static uint32_t add_midpoint(qw_env *env, qw_offset_mesh *m, room *r, uint32_t h
     return v;
 }
 
+/* An edge with this half-edge, offset and frame; its real offset is what its ends are apart. */
 static uint32_t add_edge(qw_env *env, qw_offset_mesh *m, room *r, uint32_t half, qw_int2 d, uint8_t fixed, qw_vec3 axis,
                          qw_vec3 side)
 {
+    assert(half < 3 * m->face_count);
     grow_edges(env, m, r);
     uint32_t e = m->edge_count++;
     m->half[e] = half;
@@ -106,6 +109,8 @@ static uint32_t split_face(qw_env *env, qw_offset_mesh *m, room *r, uint32_t h, 
     return g;
 }
 
+/* Splits edge e in the middle, with the triangles on both sides; its offset is shared as evenly as integers can be.
+ * */
 static void split_edge(qw_env *env, qw_offset_mesh *m, room *r, uint32_t e)
 {
     assert(e < m->edge_count);

@@ -39,6 +39,8 @@ typedef struct cluster_sums {
     bool open, has_area;
 } cluster_sums;
 
+/* Adds triangle f to the clusters of its corners: the angle at each, and what counts towards their Euler
+ * characteristic. */
 static void add_triangle(const qw_offset_mesh *m, const uint32_t *set, uint32_t f, cluster_sums *sum)
 {
     assert(f < m->face_count);
@@ -83,7 +85,7 @@ uint32_t qw_find_low_turning_numbers(qw_env *env, const qw_offset_mesh *m, uint8
 
 /* ---- one cluster, after the steps that the solver chose */
 
-typedef struct attempt {
+typedef struct cluster_repair {
     qw_env *env;
     qw_neighbourhood *n;
     qw_sat *sat;
@@ -96,17 +98,20 @@ typedef struct attempt {
     int *clause;
     size_t clause_capacity;
     uint32_t clause_length;
-} attempt;
+} cluster_repair;
 
-static int step_of(const attempt *a, uint32_t v) { return a->n->number[v] == QW_NONE ? 0 : a->taken[a->n->number[v]]; }
+static int step_of(const cluster_repair *a, uint32_t v)
+{
+    return a->n->number[v] == QW_NONE ? 0 : a->taken[a->n->number[v]];
+}
 
-static qw_int2 along_now(const attempt *a, uint32_t h)
+static qw_int2 along_now(const cluster_repair *a, uint32_t h)
 {
     return qw_along_after(a->n, h, step_of(a, a->n->m->corner[h]), step_of(a, a->n->m->corner[qw_next(h)]));
 }
 
 /* Vertices that zero edges join to v; false where they are too many or at the boundary. */
-static bool collect_cluster(attempt *a, uint32_t v)
+static bool collect_cluster(cluster_repair *a, uint32_t v)
 {
     assert(v < a->n->m->vertex_count);
     const qw_offset_mesh *m = a->n->m;
@@ -129,13 +134,14 @@ static bool collect_cluster(attempt *a, uint32_t v)
 }
 
 /* Whether h leaves the cluster in a triangle that has no other corner there. */
-static bool is_outer(const attempt *a, uint32_t h)
+static bool is_outer(const cluster_repair *a, uint32_t h)
 {
     const qw_offset_mesh *m = a->n->m;
     return a->stamp[m->corner[qw_next(h)]] != a->now && a->stamp[m->corner[qw_prev(h)]] != a->now;
 }
 
-static bool is_turning_number_low(attempt *a)
+/* Whether the lattice goes around the cluster, which must be a disc, less often than its cones say. */
+static bool is_turning_number_low(cluster_repair *a)
 {
     const qw_offset_mesh *m = a->n->m;
     int32_t angle = 0, wanted = 8, edges = 0,
@@ -155,7 +161,7 @@ static bool is_turning_number_low(attempt *a)
     return is_disc && angle > 0 && angle < wanted;
 }
 
-static void add_literal(attempt *a, int literal)
+static void add_literal(cluster_repair *a, int literal)
 {
     if (!literal) return;
     a->clause = qw_grow(a->env, a->clause, &a->clause_capacity, (size_t)a->clause_length + 1, sizeof *a->clause);
@@ -164,7 +170,7 @@ static void add_literal(attempt *a, int literal)
 
 /* A new variable that is true only if the triangle's angle at the tail of h, which stays, grows, or another of its
    corners comes to lie there. 0 where that cannot be. */
-static int grows(attempt *a, uint32_t h)
+static int grows(cluster_repair *a, uint32_t h)
 {
     assert(h < 3 * a->n->m->face_count);
     const qw_neighbourhood *n = a->n;
@@ -183,7 +189,7 @@ static int grows(attempt *a, uint32_t h)
 }
 
 /* Rules out that the collected cluster stays as it is. */
-static void rule_out(attempt *a)
+static void rule_out(cluster_repair *a)
 {
     const qw_offset_mesh *m = a->n->m;
     a->clause_length = 0;
@@ -198,7 +204,7 @@ static void rule_out(attempt *a)
 }
 
 /* Rules out all clusters that the steps have left with too little angle; returns whether there was one. */
-static bool rule_out_all(attempt *a)
+static bool rule_out_all(cluster_repair *a)
 {
     bool any = false;
     a->round_begin = a->now + 1;
@@ -212,7 +218,9 @@ static bool rule_out_all(attempt *a)
     return any;
 }
 
-static bool solve_around(attempt *a, qw_offset_mesh *m, uint32_t v, qw_inversion_counts *counts)
+/* Takes steps around v after which no triangle is inverted and no turning number is low: clauses are added as the
+ * solver's answers break one, for ROUNDS. Returns whether there are any. */
+static bool solve_around(cluster_repair *a, qw_offset_mesh *m, uint32_t v, qw_inversion_counts *counts)
 {
     assert(v < m->vertex_count && counts);
     qw_neighbourhood *n = a->n;
@@ -248,7 +256,7 @@ uint32_t qw_repair_turning_numbers(qw_env *env, qw_offset_mesh *m, qw_inversion_
     uint32_t left = qw_find_low_turning_numbers(env, m, mark);
     if (left > 0 && qw_sat_available()) {
         qw_neighbourhood n = qw_neighbourhood_make(env, m);
-        attempt a = {.env = env, .n = &n, .stamp = QW_NEW_ZERO(env, uint32_t, m->vertex_count)};
+        cluster_repair a = {.env = env, .n = &n, .stamp = QW_NEW_ZERO(env, uint32_t, m->vertex_count)};
         uint32_t failures = 0;
         for (uint32_t v = 0; v < m->vertex_count && failures < MOST_FAILURES; v++) {
             if (!mark[v]) continue;

@@ -70,6 +70,8 @@ static bool keeps_curves(const qw_edit *e, const uint8_t *constraint, uint32_t h
            (qw_edit_on_curve(e, h) && (a != QW_VERTEX_CORNER || b != QW_VERTEX_CORNER));
 }
 
+/* Collapses an edge if the surface stays one; the weaker of its ends goes. Marks beside it are lifted and put back
+ * where it can't. into: uint32_t[vertices], receives where vertices have gone. */
 static bool collapse(qw_edit *e, uint8_t *constraint, uint32_t *into, uint32_t h)
 {
     assert(constraint && into && !qw_edit_dead(e, h >> 2));

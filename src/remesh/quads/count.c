@@ -158,6 +158,7 @@ typedef struct row {
     uint32_t edge_count, quad_count, *edge, *quad;
 } row;
 
+/* The quads in a row through edge h, and the edges between them: to both sides until a boundary, or once around. */
 static void find_row(const qw_quadmesh *m, uint32_t h, row *r)
 {
     assert(h < 4 * m->face_count);
@@ -285,6 +286,8 @@ typedef struct hexagon {
     uint8_t mark[6];
 } hexagon;
 
+/* The six edges around the two quads at h; false: the pair is not a plain hexagon, or something at it has been
+ * changed. */
 static bool find_hexagon(const qw_quadmesh *m, uint32_t h, const uint8_t *touched, hexagon *x)
 {
     assert(h < 4 * m->face_count);
@@ -308,6 +311,8 @@ static bool can_lose_an_edge(const qw_quadmesh *m, uint32_t first, uint32_t *val
     return *valence > (open ? 2u : 3u);
 }
 
+/* Replaces two quads by three, around a new vertex in the middle of their hexagon. Returns whether that was
+ * possible. */
 static bool split_pair(qw_quad_edit *e, uint32_t h, uint8_t *touched)
 {
     qw_quadmesh *m = &e->mesh;

@@ -24,6 +24,7 @@ static uint32_t across_flat(const qw_offset_mesh *m, uint32_t h)
  * edge was crossed). */
 static uint32_t far_side(const qw_offset_mesh *m, const uint8_t *has_area, uint32_t h, uint8_t *mark)
 {
+    assert(h < 3 * m->face_count);
     uint32_t limit = 3 * m->face_count;
     *mark |= m->mark[h];
     for (uint32_t t = m->twin[h]; t != QW_NONE && limit-- > 0;) {
@@ -56,6 +57,7 @@ typedef struct pairing {
     int64_t unpaired;
 } pairing;
 
+/* Joins triangles of half a quad across their hypotenuses. Triangles without a partner are counted. */
 static pairing pair_triangles(qw_env *env, const qw_offset_mesh *m, const uint8_t *has_area)
 {
     pairing p = {.leg = QW_NEW(env, uint32_t, (size_t)2 * m->face_count + 4),
@@ -80,6 +82,7 @@ static pairing pair_triangles(qw_env *env, const qw_offset_mesh *m, const uint8_
     return p;
 }
 
+/* Twins and marks of the quads' sides, by way of the triangles without area between them. */
 static void link_quads(qw_env *env, const qw_offset_mesh *m, const uint8_t *has_area, const pairing *p, qw_quadmesh *q)
 {
     assert(p->count <= m->face_count);
@@ -100,6 +103,8 @@ static void link_quads(qw_env *env, const qw_offset_mesh *m, const uint8_t *has_
 
 /* ---- vertices: one a fan */
 
+/* Gives each fan of quads a vertex of its own. vertex_class: uint32_t[sides], receives the class of each. Returns
+ * their number. */
 static uint32_t number_fans(const qw_offset_mesh *m, const pairing *p, const uint32_t *class_of, qw_quadmesh *q,
                             uint32_t *vertex_class)
 {
@@ -141,6 +146,7 @@ enum {
     MOST_CORNER_RINGS = 12
 }; /* HAS_CORNER of a class without quads: the search begins there */
 
+/* Finds the corners whose class has no quads, and so would be lost: one a class. */
 static void find_lost(lost_corners *l, const uint32_t *vertex_class, uint32_t count)
 {
     const qw_offset_mesh *m = l->m;
@@ -154,6 +160,8 @@ static void find_lost(lost_corners *l, const uint32_t *vertex_class, uint32_t co
     }
 }
 
+/* Lets a lost corner spread from one vertex to the next through classes without quads; the first class with quads
+ * and no corner takes it. */
 static void reach_across(lost_corners *l, uint32_t from, uint32_t to, uint32_t ring)
 {
     uint32_t corner = l->corner[from], c = l->class_of[to];
@@ -200,6 +208,7 @@ static void keep_corners(qw_env *env, const qw_offset_mesh *m, uint32_t *class_o
     qw_scope_end(env);
 }
 
+/* Positions and kinds of the quads' vertices: the mean of the most constrained members of each class. */
 static void place_vertices(qw_env *env, const qw_offset_mesh *m, const uint32_t *class_of, const uint32_t *vertex_class,
                            qw_quadmesh *q)
 {
@@ -239,9 +248,11 @@ static void label_vertices(qw_env *env, const qw_offset_mesh *m, const pairing *
     qw_free(env, census.component);
 }
 
+/* Quads out of triangles of half a quad's area; what has none vanishes. In the current scope. */
 qw_extraction qw_extract_quads(qw_env *env, const qw_offset_mesh *m)
 {
     assert(m->face_count > 0 && m->edge_count > 0);
+    assert(m->face_count < QW_NONE / 4);
     qw_extraction x = {.class_of = qw_offset_classes(env, m)};
     uint8_t *has_area = QW_NEW(env, uint8_t, m->face_count);
     for (uint32_t f = 0; f < m->face_count; f++) has_area[f] = qw_offset_det(m, f) > 0;

@@ -63,6 +63,7 @@ static uint32_t side_towards(const qw_edit *e, uint32_t f, uint32_t g)
 
 /* ---- pairs given, and by quality */
 
+/* Joins the triangles that the caller says were one quad before. across: uint8_t[4 faces]. */
 static void take_given(pairing *p, const uint8_t *across)
 {
     for (uint32_t f = 0; f < p->e->face_count; f++)
@@ -75,6 +76,7 @@ static void take_given(pairing *p, const uint8_t *across)
         }
 }
 
+/* Joins the triangles that are left, those first that make the squarest quads. */
 static void take_by_quality(pairing *p)
 {
     qw_edit *e = p->e;
@@ -175,6 +177,8 @@ static void reach(pairing *p, uint32_t block, int64_t cost, uint32_t entry)
     qw_queue_put(&p->queue, block, cost);
 }
 
+/* Goes on from triangle f of a block to the blocks across its edges, at a cost that is the higher the worse a quad
+ * would be there. */
 static void leave_by_sides(pairing *p, uint32_t block, uint32_t f, int64_t more, bool across_curves)
 {
     for (uint32_t h = 4 * f; h < 4 * f + 3; h++) {
@@ -315,6 +319,7 @@ static uint32_t number_vertices(const pairing *p, uint32_t *number)
     return count;
 }
 
+/* A quad mesh out of the pairs. *vertex_of: receives the vertex of the triangles that each of its own was. */
 static qw_quadmesh make_quads(pairing *p, uint32_t **vertex_of)
 {
     assert(vertex_of);
@@ -395,6 +400,7 @@ static uint32_t put_vertex(qw_quadmesh *q, qw_vec3 position, uint8_t kind, uint3
 /* Vertex at the middle of h's edge, made on the first visit from either side. */
 static uint32_t middle_of(const qw_edit *e, uint32_t h, uint32_t *middle, qw_quadmesh *q)
 {
+    assert(h < 4 * e->face_count);
     const qw_edit_vertex *a = &e->vertex[qw_edit_tail(e, h)], *b = &e->vertex[qw_edit_head(e, h)];
     uint32_t twin = qw_edit_twin(e, h);
     bool curve = qw_edit_on_curve(e, h) && a->kind && b->kind;

@@ -317,7 +317,7 @@ static uint32_t grow_tips(protrusions *l, qw_quadmesh *q, uint8_t *taken, const 
     const qw_bvh *tree = g->tip_count > 0 ? qw_bvh_build(l->env, l->surface) : NULL;
     l->open = QW_NEW_ZERO(l->env, uint8_t, l->surface->vertex_count);
     for (uint32_t t = 0; t < g->tip_count; t++) {
-        qw_break_silence(l->env);
+        qw_heartbeat(l->env);
         qw_hit hit = qw_bvh_nearest(tree, g->tip[t].point, qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
         if (hit.face == QW_NONE) continue;
         int nearest = hit.weight[1] > hit.weight[0];
@@ -360,7 +360,7 @@ uint32_t qw_extrude_protrusions(qw_env *env, qw_quadmesh *quads, const qw_growth
     l.open = qw_mark_uncovered(env, surface, &halves, NEAR * g->edge);
     for (uint32_t v = 0; v < n; v++)
         if (lost[v] && !l.seen[v] && take_protrusion(&l, v, g->marked)) {
-            qw_break_silence(env);
+            qw_heartbeat(env);
             grown += grow(&l, &q, taken, most - (q.face_count - before));
         }
     qw_scope_end(env);

@@ -62,6 +62,7 @@ static bool close_spike(qw_quad_edit *e, uint32_t v)
     return true;
 }
 
+/* Removes vertices with one or two quads, until there are none inside. Returns how many. */
 static int64_t close_doublets(qw_env *env, qw_quad_edit *e)
 {
     qw_quadmesh *m = &e->mesh;
@@ -136,6 +137,7 @@ typedef struct fan {
 
 static bool collect_fan(const qw_quadmesh *m, uint32_t first, fan *r)
 {
+    assert(first < 4 * m->face_count);
     bool open;
     r->count = qw_quad_valence(m, first, &open);
     if (open || r->count > MOST_FAN) return false;
@@ -197,6 +199,7 @@ static void separate_fan(qw_quadmesh *m, const fan *f, uint32_t p, uint32_t q, u
    them, with a quad between. */
 static bool separate_at(qw_quadmesh *m, uint32_t first, uint8_t *touched)
 {
+    assert(first < 4 * m->face_count);
     fan f;
     uint32_t v = m->corner[first];
     if (touched[v] || !collect_fan(m, first, &f)) return false;

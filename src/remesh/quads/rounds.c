@@ -65,6 +65,8 @@ static uint32_t *match_components(qw_env *env, const qw_round *round, const qw_c
 
 /* ---- adding */
 
+/* The penalty of each component in a round: uncovered area in quads, flipped quads, and a little for irregular
+ * vertices. penalty: double[components], added to. */
 static void judge(qw_env *env, const qw_round *round, const qw_census *census, const uint8_t *uncovered,
                   const uint32_t *of, double *penalty)
 {
@@ -84,6 +86,7 @@ static void judge(qw_env *env, const qw_round *round, const qw_census *census, c
     }
 }
 
+/* Keeps a round's quads, flips and penalties beside those of the rounds before. */
 static void add_round(qw_env *env, qw_rounds *r, const qw_round *round, const uint32_t *of, const double *penalty)
 {
     assert(r->component_count > 0 && round->quads->component);
@@ -182,6 +185,7 @@ static void choose(qw_env *env, choice *c)
     }
 }
 
+/* The quads of each component from the round that was chosen for it. */
 static void compose(qw_env *env, const choice *c, const uint32_t *of, qw_quadmesh *best, uint8_t **flipped)
 {
     assert(c->taken && best && flipped);
@@ -197,6 +201,7 @@ static void compose(qw_env *env, const choice *c, const uint32_t *of, qw_quadmes
     for (uint32_t v = 0; v < best->vertex_count; v++) best->component[v] = here[best->component[v] % n];
 }
 
+/* Adds a round, chooses again for each component, and makes the mesh of all choices. */
 static void add_and_choose(qw_env *env, qw_rounds *rounds, const qw_round *round, const qw_census *working,
                            const uint8_t *uncovered, const uint32_t *of, qw_quadmesh *best, uint8_t **flipped)
 {

@@ -83,6 +83,7 @@ static const float NEARLY_ROUND = 5.5f;
 /* How many quads a sector around v should have: between two curves, or `whole`, all around. angle: its, in radians. */
 static int32_t ideal_of(const qw_quadmesh *m, uint32_t v, bool whole, float angle)
 {
+    assert(v < m->vertex_count);
     if (whole)
         return m->kind[v] == QW_VERTEX_CORNER && angle < NEARLY_ROUND
                    ? (int32_t)fmaxf(3, (float)qw_round_away(angle / QUARTER_TURN))
@@ -104,6 +105,7 @@ static int32_t cost_of(int32_t off)
    degrees, or a crease. */
 static int32_t excess(const qw_quadmesh *m, const uint32_t *out, uint32_t v)
 {
+    assert(v < m->vertex_count);
     uint32_t first = out[v], h = first, n = 0, curves = 0;
     do {
         if (on_curve(m, h)) curves++, first = h; /* begin at a curve if there is one */
@@ -174,6 +176,7 @@ static bool make(simplifier *s, qw_quad_move mv)
    are so many that counting them anew takes long. */
 static uint32_t quads_at_plain(const qw_quadmesh *m, const uint32_t *out, uint32_t v)
 {
+    assert(v < m->vertex_count);
     uint32_t h = out[v], n = 0;
     if (m->kind[v] == QW_VERTEX_CORNER) return 0;
     do {
@@ -272,6 +275,7 @@ static uint32_t quads_around(simplifier *s, const vertices *set, uint32_t list[F
     return count;
 }
 
+/* How square the quads around a set of vertices are, and whether they face one way. */
 static shape shape_around(simplifier *s, const vertices *set)
 {
     const qw_quadmesh *m = &s->e.mesh;
@@ -322,6 +326,7 @@ static void repeat(simplifier *s, const chain *c)
     for (uint32_t i = 0; i < c->length; i++) make(s, c->list[i]);
 }
 
+/* What rotations and collapses at v and beside it would cost has to be asked anew. */
 static void forget_costs_around(simplifier *s, uint32_t v)
 {
     const qw_quadmesh *m = &s->e.mesh;
@@ -426,15 +431,15 @@ static bool improve(simplifier *s, uint32_t v, qw_simplify_counts *counts)
 
 /* ---- chains: rotations that carry an irregular pair along without gain until it meets another and there is one */
 
-typedef struct search {
+typedef struct chain_search {
     size_t writes; /* of the journal, before the chain */
     chain c;
     uint32_t changed[6 * DEPTH], count;
     int trials; /* left */
-} search;
+} chain_search;
 
 /* Goes on from v with one rotation more, and calls itself for the next; no deeper than DEPTH. */
-static bool extend(simplifier *s, search *x, uint32_t v)
+static bool extend(simplifier *s, chain_search *x, uint32_t v)
 {
     qw_quad_move list[QW_MOVES_AT];
     uint32_t n = qw_quad_moves_at(&s->e, v, list), count;
@@ -475,9 +480,10 @@ static bool has_company(const simplifier *s, uint32_t v)
     return false;
 }
 
+/* Tries chains of rotations from v; keeps the first with a gain. Returns whether there is one. */
 static bool improve_by_chain(simplifier *s, uint32_t v, qw_simplify_counts *counts)
 {
-    search x = {.writes = s->e.writes, .trials = MAX_TRIALS};
+    chain_search x = {.writes = s->e.writes, .trials = MAX_TRIALS};
     if (s->trials <= 0 || !has_company(s, v) || !qw_uses(s->e.env, QW_MECH_CHAINS)) return false;
     bool found = extend(s, &x, v);
     s->trials -= MAX_TRIALS - x.trials;
@@ -501,6 +507,8 @@ static bool worth_a_try(simplifier *s, uint32_t v, uint8_t what)
     return qw_valence_at(&s->e, v, &open) <= QW_MAX_VALENCE && cost_at(s, v) > 0;
 }
 
+/* Makes improving moves, and chains where no move improves, until neither does or MAX_SWEEPS have gone over the
+ * mesh. */
 static void simplify(simplifier *s, qw_simplify_counts *counts)
 {
     bool any = true;
@@ -511,7 +519,7 @@ static void simplify(simplifier *s, qw_simplify_counts *counts)
         for (uint32_t v = 0; v < s->e.mesh.vertex_count && !any; v++) {
             if (!worth_a_try(s, v, CHAINS)) continue;
             any |= improve_by_chain(s, v, counts);
-            qw_break_silence(s->e.env);
+            qw_heartbeat(s->e.env);
         }
     }
 }
@@ -591,8 +599,10 @@ static void reach_count(simplifier *s, int64_t most, bool gently, qw_simplify_co
     s->told = NULL;
 }
 
+/* In the current scope. least: so many quads must be left. */
 static simplifier make_simplifier(qw_env *env, const qw_quadmesh *mesh, const qw_wanted *wanted, int64_t least)
 {
+    assert(least >= 0);
     simplifier s = {.e = qw_quad_edit_open(env, mesh), .wanted = wanted, .least = least};
     s.e.keeps_journal = true;
     s.stamp = QW_NEW_ZERO(env, uint32_t, mesh->vertex_count),

@@ -272,7 +272,7 @@ qw_quadmesh qw_make_straight(qw_env *env, const qw_trimesh *part, const qw_strai
     }
     for (int try = 0; !plan->is_least && try < plan->tries && !is_done; try++) {
         double quads = COUNTS[try].times * plan->quads + COUNTS[try].more;
-        qw_break_silence(env);
+        qw_heartbeat(env);
         qw_quadmesh paired = pair_to_count(&m, quads);
         for (int i = 0; i < PAIR_VARIANTS && !is_done; i++) {
             qw_quadmesh thinned = thin_out(&m, &paired, quads, i);

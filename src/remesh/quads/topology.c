@@ -22,6 +22,7 @@ typedef struct faces {
 
 static uint32_t next_side(uint32_t sides, uint32_t h) { return h - h % sides + (h + 1) % sides; }
 
+/* Counts the boundary loops of each component. */
 static void tally_loops(qw_env *env, const faces *m, tally *t)
 {
     uint8_t *seen = QW_NEW_ZERO(env, uint8_t, (size_t)m->sides * m->count);
@@ -66,6 +67,7 @@ static void tally_pieces(qw_env *env, const qw_quadmesh *q, const uint32_t *comp
     qw_free(env, piece);
 }
 
+/* Counts the quads of each component with a side that another has too, or with two equal corners. */
 static void tally_doubles(qw_env *env, const qw_quadmesh *q, const uint32_t *component, tally *t)
 {
     uint8_t *doubled = QW_NEW(env, uint8_t, (size_t)4 * q->face_count);
@@ -89,6 +91,7 @@ static tally *tally_surface(qw_env *env, const qw_trimesh *s, uint32_t *componen
     return t;
 }
 
+/* Counts of each component of the quads: tally[components], in the current scope. */
 static tally *tally_quads(qw_env *env, const qw_quadmesh *q, uint32_t components)
 {
     tally *t = QW_NEW_ZERO(env, tally, components);

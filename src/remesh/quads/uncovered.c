@@ -21,6 +21,7 @@ static bool is_corner_near(const coverage *r, uint32_t half, qw_vec3 p)
            qw_length2(qw_sub(at[c[2]], p)) < far2;
 }
 
+/* Asks for each vertex of the surface whether a quad lies near it. */
 static void ask_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;

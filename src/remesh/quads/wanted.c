@@ -18,6 +18,7 @@ typedef struct lookup {
     uint32_t *found; /* NULL: not asked for */
 } lookup;
 
+/* The wanted area of each quad, from the working mesh below its middle. */
 static void look_up_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;

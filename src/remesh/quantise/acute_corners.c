@@ -35,6 +35,7 @@ static unsigned axis_of(const qw_offset_mesh *m, uint32_t h, unsigned turn)
 static uint32_t follow(const qw_offset_mesh *m, const uint32_t *outgoing, qw_env *env, qw_star *star, uint32_t h,
                        uint32_t *path, uint32_t *edges)
 {
+    assert(h < 3 * m->face_count);
     uint32_t count = 0;
     path[count++] = m->corner[h];
     for (;;) {
@@ -67,8 +68,11 @@ static uint32_t length_of_narrow_side(const qw_offset_mesh *m, const uint32_t *p
     return near < count - 1 ? near + 1 : near;
 }
 
+/* Lets these edges go from their curve. Returns how many were constrained. verdict: uint8_t[half-edges], or NULL.
+ * */
 static int64_t shorten(qw_offset_mesh *m, const uint32_t *edges, uint32_t count, uint8_t *verdict)
 {
+    assert(count <= m->edge_count);
     int64_t released = 0;
     for (uint32_t i = 0; i < count; i++) {
         uint32_t h = m->half[edges[i]], t = m->twin[h];

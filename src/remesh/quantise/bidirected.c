@@ -16,6 +16,7 @@ typedef struct ends {
     int sign[2];
 } ends;
 
+/* The rows that a variable appears in, and its sign in each. */
 static ends ends_of(const qw_network *net, const qw_complex *c, uint32_t variable)
 {
     ends x = {{QW_NONE, QW_NONE}, {0, 0}};
@@ -61,6 +62,8 @@ static void set_arc(cover *k, uint32_t at, uint32_t tail, uint32_t head, int32_t
     k->tail[at] = tail, k->head[at] = head, k->capacity[at] = 1, k->cost[at] = cost;
 }
 
+/* The flow problem on two copies of the rows, one that gains and one that loses: its half solves the bidirected
+ * one. */
 static cover build_cover(qw_env *env, const qw_network *net, const qw_complex *c, qw_step_cost step_cost,
                          const void *user)
 {
@@ -151,6 +154,7 @@ static bool round_path(rounding *r, uint32_t start)
     }
 }
 
+/* Rounds the paths of half units, those that end at the ground first. Returns how many could not be. */
 static int64_t round_halves(rounding *r, uint32_t count)
 {
     assert(count <= 2 * r->c->edge_count);

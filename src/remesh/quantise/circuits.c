@@ -80,6 +80,7 @@ static void change(walks *w, uint32_t v, int32_t by)
     w->cost[2 * (size_t)v] = w->cost[2 * (size_t)v + 1] = NO_PRICE;
 }
 
+/* For each row its three variables, with the row at the far end of each; those without one end on the shore. */
 static void make_links(walks *w)
 {
     const qw_complex *c = w->c;
@@ -118,6 +119,7 @@ static uint32_t next(walks *w)
     return s;
 }
 
+/* Room for walks over a complex; longest: in steps. */
 static walks make_walks(qw_env *env, qw_complex *c, uint32_t longest)
 {
     assert(c->edge && c->side && c->real && c->face_count < QW_NONE / 6);
@@ -173,6 +175,8 @@ static int64_t add_up(walks *w, const circuit *k)
     return cost;
 }
 
+/* Changes the variables along a circuit by one, and puts in the queue all from which steps cost something else now.
+ * */
 static void take(walks *w, const circuit *k)
 {
     assert(k->by < 6 * w->rows);
@@ -308,6 +312,7 @@ typedef struct walk_search {
     uint32_t end;   /* the cheapest state so far that sets a row right, or QW_NONE */
 } walk_search;
 
+/* Reaches state `to` from `from`, if that is cheaper than so far and not too long. */
 static void extend(walk_search *s, uint32_t from, uint32_t to, uint32_t by)
 {
     walks *w = s->w;
@@ -320,6 +325,7 @@ static void extend(walk_search *s, uint32_t from, uint32_t to, uint32_t by)
     else qw_queue_put(&s->queue, to, d);
 }
 
+/* Takes all steps from a state: both ways of its row's three variables. */
 static void extend_from(walk_search *s, uint32_t from)
 {
     walks *w = s->w;
@@ -358,6 +364,7 @@ static void add_off(walk_search *s, uint32_t row, int32_t by)
     s->left += abs(s->off[row]);
 }
 
+/* Changes the variables along the walk that was found, and what is off in the rows on it. */
 static void take_walk(walk_search *s)
 {
     walks *w = s->w;

@@ -47,6 +47,8 @@ static bool is_constrained(const qw_offset_mesh *m, uint32_t e, unsigned k)
     return (m->fixed[e] & (k ? QW_FIXED_Y : QW_FIXED_X)) != 0;
 }
 
+/* The rows of the normal equations: one for each of a triangle's two coordinates, with its neighbours' across its
+ * three edges. */
 static void fill_rows(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -73,6 +75,7 @@ static void fill_rows(void *user, uint32_t block, uint32_t begin, uint32_t end)
     }
 }
 
+/* The right side: what the real offsets around each triangle sum up to. */
 static void fill_right(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -101,6 +104,7 @@ typedef struct correction {
    than an offset may be. */
 static float bounded(float x) { return fminf(fmaxf(x, -(float)QW_LONGEST_OFFSET), (float)QW_LONGEST_OFFSET); }
 
+/* The closed offsets: the real ones, corrected by the multipliers of the triangles on both sides. */
 static void correct_edges(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -224,6 +228,8 @@ static void solve(qw_env *env, closing *s, qw_closed_counts *counts)
     qw_parallel(env, m->edge_count, GRAIN, correct_edges, &c);
 }
 
+/* Lets the wanted lengths give way to what closing stretches, and solves again, a few times. give: share of the
+ * stretch that is taken over. */
 static void let_sizes_give(qw_env *env, qw_offset_mesh *m, closing *s, float give, qw_closed_counts *counts)
 {
     qw_parallel(env, m->face_count, GRAIN, fill_rows, &s->r); /* some edges were made stiffer after the last solve */
@@ -238,9 +244,11 @@ static void let_sizes_give(qw_env *env, qw_offset_mesh *m, closing *s, float giv
     }
 }
 
+/* Room for the system, in the current scope. */
 static closing begin_closing(qw_env *env, const qw_offset_mesh *m, const qw_real2 *own, const float *stiffness,
                              qw_real2 *closed)
 {
+    assert(m->face_count < QW_NONE / 6);
     uint32_t n = 2 * m->face_count;
     closing s = {.r = {.m = m, .own = own, .stiffness = stiffness}, .closed = closed};
     s.r.first = QW_NEW(env, uint32_t, (size_t)n + 1);

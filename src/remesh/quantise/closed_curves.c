@@ -18,6 +18,7 @@ typedef struct chains {
     uint8_t *is_open;
 } chains;
 
+/* The chains of curve edges of a component: the root of each vertex's, and whether it has ends. */
 static chains find_chains(qw_env *env, const qw_component *component)
 {
     const qw_complex *c = &component->decimated.complex;
@@ -154,7 +155,7 @@ static bool take_step(qw_env *env, evening *e, qw_complex *c, double *work)
             uint32_t edge = e->curves.edge[k], v = 2 * edge + (e->fixed[edge] == QW_FIXED_X);
             if (*work <= 0 || e->fixed[edge] == (QW_FIXED_X | QW_FIXED_Y)) continue;
             *work -= 4 * c->face_count;
-            qw_break_silence(env);
+            qw_heartbeat(env);
             try_step(env, e, c, i, v, 1), try_step(env, e, c, i, v, -1);
         }
     if (e->best_cost == INFINITY) return false;

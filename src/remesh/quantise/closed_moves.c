@@ -43,6 +43,8 @@ static void subtract(equations *q, uint32_t pivot, uint32_t column)
     }
 }
 
+/* Gauss-Jordan elimination with row exchanges. pivot: receives the row that each column is solved by, or QW_NONE.
+ * */
 static void eliminate(equations *q)
 {
     memset(q->pivot, 0xff, q->columns * sizeof *q->pivot);

@@ -21,6 +21,7 @@ typedef struct qw_collapsed {
 enum { LEAST_VALENCE = 2 };
 static const float HALF_PI = 1.57079632679f;
 
+/* Numbers the vertices that are left from 0, in the order of their first corner. */
 static void number_vertices(qw_env *env, const qw_decimated *s, qw_collapse_finder *r)
 {
     assert(s->corner && s->complex.side);

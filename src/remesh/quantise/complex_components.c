@@ -34,8 +34,10 @@ static uint32_t number_components(qw_env *env, const qw_decimated *s, uint32_t v
     return count > 0 ? count : 1;
 }
 
+/* Room for what has been counted; the counts start at 0 again, to be filled one by one. */
 static void make_room(qw_env *env, qw_component *p)
 {
+    assert(p->decimated.complex.face_count < QW_NONE / 3);
     qw_complex *c = &p->decimated.complex;
     c->edge = QW_NEW(env, uint32_t, (size_t)3 * c->face_count);
     c->rot = QW_NEW(env, uint8_t, (size_t)3 * c->face_count);

@@ -97,6 +97,7 @@ static uint8_t seen_from(uint8_t bits, unsigned turn)
 /* What the vertex of the fan may do: 0 nothing, 1 go anywhere, 2 go along constrained or boundary edges only. */
 static int freedom(const collapse *c, uint32_t v)
 {
+    assert(v < c->m->vertex_count);
     if (c->m->constraint[v] == QW_VERTEX_CORNER || c->total_turn != 0) return 0;
     uint32_t constrained = 0;
     uint8_t axis = 0;
@@ -182,6 +183,7 @@ static void record(qw_env *env, collapse *c, qw_decimation_step step)
 /* Removes the triangle of h, whose offset is zero: its other two edges become one. */
 static void fold(qw_env *env, collapse *c, uint32_t h)
 {
+    assert(h < 3 * c->m->face_count);
     uint32_t hb = qw_next(h), hc = qw_prev(h), b = c->edge[hb], kept = c->edge[hc];
     uint32_t from = across(c, hb), to = across(c, hc);
     unsigned turn = (unsigned)(c->rot[hc] + 6 - c->rot[hb]) & 3u;
@@ -202,6 +204,8 @@ static void fold(qw_env *env, collapse *c, uint32_t h)
     c->outgoing[end] = to != QW_NONE ? to : qw_next(from);
 }
 
+/* Merges the vertex of the current fan into its i-th neighbour: the offsets around it change by the step there, and
+ * the triangles at that edge fold up. */
 static void merge(qw_env *env, collapse *c, uint32_t i)
 {
     assert(i < c->count);
@@ -361,6 +365,7 @@ typedef struct first_pass {
     uint8_t *out_turn;        /* [blocks * FAN] */
 } first_pass;
 
+/* Removes the vertices of a block that touch no other block, on the way in which all removals are recorded. */
 static void remove_inner(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const first_pass *p = user;
@@ -380,6 +385,7 @@ static uint32_t block_size(uint32_t vertices)
     return blocks > 0 ? qw_block_count(vertices, blocks) : BLOCK;
 }
 
+/* Which vertices have all their triangles' vertices in one block of `size` vertices: uint8_t[vertices]. */
 static uint8_t *find_inner(qw_env *env, const collapse *c, uint32_t size)
 {
     const qw_offset_mesh *m = c->m;
@@ -418,6 +424,7 @@ static uint32_t most_edges(int pass)
     return (uint32_t)MAX_DEGREE << (pass - first);
 }
 
+/* Removes regular vertices in passes that allow longer edges and worse triangles, one after the other. */
 static void remove_vertices(qw_env *env, collapse *c)
 {
     uint32_t count = 0, *left = QW_NEW(env, uint32_t, c->m->vertex_count);
@@ -435,7 +442,7 @@ static void remove_vertices(qw_env *env, collapse *c)
         for (uint32_t i = 0; i < count; i++) {
             bool again = pass > 0 || !tried[left[i]];
             if (!again || !remove_vertex(env, c, left[i], length, quality, most)) left[kept++] = left[i];
-            if (i % SCAN == 0) qw_break_silence(env);
+            if (i % SCAN == 0) qw_heartbeat(env);
         }
         count = kept;
         flip_edges(env, c);
@@ -445,6 +452,7 @@ static void remove_vertices(qw_env *env, collapse *c)
 
 /* ---- before and after */
 
+/* A copy of the mesh with closed real offsets, on which vertices are removed. */
 static void begin_collapse(qw_env *env, const qw_offset_mesh *m, const qw_real2 *closed, collapse *c)
 {
     assert(m->face_count > 0 && m->face_count < QW_NONE / 3);
@@ -474,6 +482,8 @@ static void begin_collapse(qw_env *env, const qw_offset_mesh *m, const qw_real2 
     }
 }
 
+/* What is left as a complex, with the record of removals that bring integers back to the mesh. Kept after the
+ * scope. */
 static qw_decimated pack(qw_env *env, collapse *c)
 {
     assert(c->step_count <= c->step_capacity);

@@ -54,6 +54,7 @@ static uint8_t swapped(uint8_t bits)
     return (uint8_t)((bits & QW_FIXED_X ? QW_FIXED_Y : 0) | (bits & QW_FIXED_Y ? QW_FIXED_X : 0));
 }
 
+/* The turns from edges' frames to those of their vertices, and along which axes vertices may not move. */
 static void find_frames(qw_env *env, layout *l)
 {
     const qw_offset_mesh *m = l->m;
@@ -96,6 +97,7 @@ static void add_end(layout *l, uint32_t v, unsigned mine, uint32_t u, unsigned t
     }
 }
 
+/* The least-squares system for the moves of all vertices, as compressed rows. */
 static void fill_system(qw_env *env, layout *l)
 {
     const qw_offset_mesh *m = l->m;
@@ -144,6 +146,7 @@ static void ends_moved(const layout *l, uint32_t e, qw_real2 *tail, qw_real2 *he
     *head = qw_turn_real(head_turn(l, h), (qw_real2){l->u[2 * b], l->u[2 * b + 1]});
 }
 
+/* Energy of the edges of a block. */
 static void add_energies(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const layout *l = user;
@@ -182,6 +185,8 @@ static double compactness(const layout *l)
     return area / (most * most);
 }
 
+/* Solves for the moves: more exactly on drawn-out surfaces (compactness), and as long as the energy may still fall
+ * by much. */
 static void solve(qw_env *env, layout *l, double most_fall, qw_flatten_counts *counts)
 {
     assert(l->first && l->column && counts);

@@ -34,6 +34,7 @@ static qw_vec3 face_normal(const qw_offset_mesh *m, uint32_t f)
 static uint32_t exit_of(const qw_offset_mesh *m, uint32_t f, uint32_t entry, qw_vec3 normal, qw_vec3 p, qw_vec3 d,
                         float *t)
 {
+    assert(f < m->face_count);
     uint32_t best = QW_NONE;
     *t = INFINITY;
     for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
@@ -85,6 +86,8 @@ static uint32_t well_framed(const qw_offset_mesh *m, uint32_t f)
     return 3 * f;
 }
 
+/* How wide the band between curves is around each triangle, along both axes of its cross, as a share of the wanted
+ * size. */
 static void measure_widths(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;

@@ -18,7 +18,7 @@ static const double SHORTENED = 0.51;
 
 typedef struct enumeration {
     qw_complex *c;
-    const qw_nearest_wish *wish;
+    const qw_nearest_request *request;
     uint32_t moves, visited;
     qw_int2 *move;       /* qw_int2[moves][edges] */
     double *r, *aim;     /* double[moves][moves] above the diagonal and on it, double[moves] */
@@ -54,6 +54,7 @@ static double known_product(const enumeration *n, double *known, uint32_t i, uin
     return *p;
 }
 
+/* Subtracts moves from one another as long as that makes them shorter: a reduced basis. */
 static void shorten_moves(qw_env *env, enumeration *n)
 {
     double *known = QW_NEW(env, double, (size_t)n->moves * n->moves);
@@ -111,7 +112,7 @@ static void visit_below(qw_env *env, enumeration *n, uint32_t index, double cost
         n->visited++;
         for (uint32_t i = 0; i < n->moves; i++)
             if (n->times[i]) add_move(n->c, n->c->d, n->move + (size_t)i * n->c->edge_count, n->times[i]);
-        n->wish->visit(env, n->wish->user);
+        n->request->visit(env, n->request->user);
         for (uint32_t i = 0; i < n->moves; i++)
             if (n->times[i]) add_move(n->c, n->c->d, n->move + (size_t)i * n->c->edge_count, -n->times[i]);
         return;
@@ -122,7 +123,7 @@ static void visit_below(qw_env *env, enumeration *n, uint32_t index, double cost
     for (uint32_t j = index; j < n->moves; j++) middle -= r[j] * n->times[j];
     middle /= r[k];
     int32_t first = (int32_t)qw_round_away(middle), side = middle > first ? 1 : -1;
-    for (int32_t i = 0; n->visited < n->wish->most; i++) { /* from the middle outward, to both sides in turn */
+    for (int32_t i = 0; n->visited < n->request->most; i++) { /* from the middle outward, to both sides in turn */
         n->times[k] = first + (i % 2 ? side : -side) * ((i + 1) / 2);
         double off = (n->times[k] - middle) * r[k], sum = cost + off * off;
         if (sum > n->outer) return;
@@ -130,11 +131,11 @@ static void visit_below(qw_env *env, enumeration *n, uint32_t index, double cost
     }
 }
 
-uint32_t qw_visit_nearest(qw_env *env, qw_complex *c, const qw_nearest_wish *wish)
+uint32_t qw_visit_nearest(qw_env *env, qw_complex *c, const qw_nearest_request *request)
 {
-    assert(c->weight && wish->visit);
+    assert(c->weight && request->visit);
     qw_scope_begin(env);
-    enumeration n = {.c = c, .wish = wish, .inner = -1};
+    enumeration n = {.c = c, .request = request, .inner = -1};
     n.moves = qw_find_moves(env, c, MOST_MOVES, &n.move);
     n.r = QW_NEW(env, double, (size_t)n.moves *n.moves), n.aim = QW_NEW(env, double, n.moves);
     shorten_moves(env, &n);
@@ -144,8 +145,8 @@ uint32_t qw_visit_nearest(qw_env *env, qw_complex *c, const qw_nearest_wish *wis
         double half = n.r[i * n.moves + i] / 2;
         n.outer = i == 0 ? half * half : fmin(n.outer, half * half);
     }
-    for (int round = 0; round < MOST_ROUNDS && n.moves > 0 && n.inner < wish->farthest; round++) {
-        n.outer = fmin(n.outer, wish->farthest);
+    for (int round = 0; round < MOST_ROUNDS && n.moves > 0 && n.inner < request->farthest; round++) {
+        n.outer = fmin(n.outer, request->farthest);
         visit_below(env, &n, n.moves, 0);
         n.inner = n.outer, n.outer *= GROWTH;
     }

@@ -6,15 +6,15 @@
 
 #include "remesh/quantise/complex.h"
 
-typedef struct qw_nearest_wish {
+typedef struct qw_nearest_request {
     uint32_t most;   /* offsets to visit */
     double farthest; /* cost, qw_complex_cost, above that of the nearest real point that keeps what is fixed */
     void (*visit)(qw_env *env, void *user); /* with the offsets in c->d */
     void *user;
-} qw_nearest_wish;
+} qw_nearest_request;
 
 /* c: closed, with weights. Visits none twice, in no order but that of the bounds; puts c->d back. Returns how many were
    visited: 0 where the complex has no moves or too many (closed_moves.h). */
-uint32_t qw_visit_nearest(qw_env *env, qw_complex *c, const qw_nearest_wish *wish);
+uint32_t qw_visit_nearest(qw_env *env, qw_complex *c, const qw_nearest_request *request);
 
 #endif

@@ -23,7 +23,7 @@ static end end_of(const qw_complex *c, uint32_t e, unsigned k, int which, uint32
     return (end){2 * (h / 3) + row.row, row.sign};
 }
 
-/* Signs by breadth-first search over the triangles' rows; the ground takes no part (it balances with anything). */
+/* Signs by breadth-first spreading over the triangles' rows; the ground takes no part (it balances with anything). */
 static void sign_nodes(qw_env *env, const qw_complex *c, qw_network *net)
 {
     uint32_t ground = net->node_count - 1, count = 0;
@@ -64,6 +64,8 @@ static void add_arc(qw_network *net, uint32_t variable, uint32_t minus, uint32_t
     net->plus[net->variable_count++] = plus;
 }
 
+/* Sorts the variables: those with opposite signs in their two rows become arcs, those with equal signs are frozen.
+ * */
 static void collect_variables(const qw_complex *c, qw_network *net)
 {
     uint32_t ground = net->node_count - 1;
@@ -97,9 +99,12 @@ static void join_ground(qw_env *env, qw_network *net)
     qw_free(env, grounded);
 }
 
+/* The network of a complex: a node for each row, and the ground; an arc for each variable that appears with both
+ * signs. */
 qw_network qw_network_build(qw_env *env, const qw_complex *c)
 {
     assert(c->edge && c->rot);
+    assert(c->face_count < QW_NONE / 2);
     size_t most = (size_t)2 * c->edge_count;
     qw_network net = {.node_count = 2 * c->face_count + 1};
     net.variable = QW_NEW(env, uint32_t, most);
@@ -146,7 +151,7 @@ static int frozen_effect(const qw_network *net, const qw_complex *c, uint32_t va
 }
 
 /* Search state for spread_changes. */
-typedef struct search {
+typedef struct spreading {
     uint32_t *origin; /* [nodes] the supply node that reached this one first, or QW_NONE */
     uint32_t *queue;  /* [nodes] */
     uint8_t *spent;   /* [nodes] supply nodes that have their change */
@@ -154,10 +159,10 @@ typedef struct search {
     int64_t *sum;     /* [components] */
     int32_t limit;    /* a change keeps |d| within this, or makes it smaller */
     bool moved;
-} search;
+} spreading;
 
 /* Changes the frozen variable for the benefit of the supply node `origin`. */
-static bool change_frozen(const qw_network *net, qw_complex *c, search *s, uint32_t variable, uint32_t origin)
+static bool change_frozen(const qw_network *net, qw_complex *c, spreading *s, uint32_t variable, uint32_t origin)
 {
     assert(variable / 2 < c->edge_count);
     uint32_t component;
@@ -176,7 +181,7 @@ static bool change_frozen(const qw_network *net, qw_complex *c, search *s, uint3
 }
 
 /* Visits the variables of one row: changes a frozen one if there is one, and walks on through the others. */
-static void visit_row(const qw_network *net, qw_complex *c, search *s, uint32_t node, uint32_t *tail)
+static void visit_row(const qw_network *net, qw_complex *c, spreading *s, uint32_t node, uint32_t *tail)
 {
     uint32_t ground = net->node_count - 1, f = node / 2, origin = s->origin[node];
     for (uint32_t h = 3 * f; h < 3 * f + 3; h++)
@@ -195,7 +200,7 @@ static void visit_row(const qw_network *net, qw_complex *c, search *s, uint32_t 
 /* Each supply of the surplus sign searches breadth first for the nearest frozen variable that no other supply took.
    The changes then lie where the flow would have to end anyway and paths stay short; in any other order (by index,
    or at random as in the paper) hundreds of units cross the whole surface. */
-static void spread_changes(const qw_network *net, qw_complex *c, const int32_t *supply, search *s)
+static void spread_changes(const qw_network *net, qw_complex *c, const int32_t *supply, spreading *s)
 {
     assert(s->limit > 0 && supply);
     uint32_t head = 0, tail = 0, ground = net->node_count - 1;
@@ -214,13 +219,13 @@ uint32_t qw_network_balance_sums(qw_env *env, const qw_network *net, qw_complex 
     assert(c->d && net->sign);
     qw_scope_begin(env);
     int32_t *supply = QW_NEW(env, int32_t, net->node_count);
-    search s = {QW_NEW(env, uint32_t, net->node_count),
-                QW_NEW(env, uint32_t, net->node_count),
-                QW_NEW(env, uint8_t, net->node_count),
-                QW_NEW(env, uint8_t, (size_t)2 * c->edge_count),
-                QW_NEW_ZERO(env, int64_t, net->component_count),
-                2,
-                true};
+    spreading s = {QW_NEW(env, uint32_t, net->node_count),
+                   QW_NEW(env, uint32_t, net->node_count),
+                   QW_NEW(env, uint8_t, net->node_count),
+                   QW_NEW(env, uint8_t, (size_t)2 * c->edge_count),
+                   QW_NEW_ZERO(env, int64_t, net->component_count),
+                   2,
+                   true};
     for (; s.moved || s.limit <= 16; s.limit = s.moved ? s.limit : 2 * s.limit) {
         s.moved = false;
         qw_network_supply(net, c, supply);

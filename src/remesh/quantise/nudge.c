@@ -57,7 +57,7 @@ bool qw_nudge_area(qw_env *env, qw_complex *c, double least_area, double most_ar
             int32_t z = is_y ? c->d[e].y : c->d[e].x;
             if (z == 0 || (!longer && abs(z) == 1)) continue;
             *work -= c->face_count;
-            qw_break_silence(env);
+            qw_heartbeat(env);
             try_step(env, c, 2 * e + is_y, (z > 0) == longer ? 1 : -1, &r);
         }
         if (!(r.best_off < r.off)) break;

@@ -97,14 +97,15 @@ static void take_sizes(qw_offset_mesh *m, const qw_components *components, const
     for (uint32_t v = 0; v < m->vertex_count; v++) m->size[v] /= (float)scale[components->of_vertex[v]];
 }
 
-/* A complex with the closed offsets, and what is wished of its integers. All in the current scope. */
+/* A complex with the closed offsets, and what is asked of its integers. All in the current scope. */
 typedef struct reduced {
     qw_decimated whole;
     qw_components components;
-    qw_search_wish wish;
+    qw_search_request request;
 } reduced;
 
-static reduced reduce(qw_env *env, const qw_offset_mesh *m, const qw_real2 *closed, const qw_quantise_wish *asked)
+/* Decimates the surface, weighs its edges and splits it into components. In the current scope. */
+static reduced reduce(qw_env *env, const qw_offset_mesh *m, const qw_real2 *closed, const qw_quantise_request *asked)
 {
     assert(closed && asked->quads > 0);
     reduced r = {.whole = qw_decimate(env, m, closed)};
@@ -112,15 +113,15 @@ static reduced reduce(qw_env *env, const qw_offset_mesh *m, const qw_real2 *clos
     qw_complex_weigh(&r.whole.complex);
     r.components = qw_split_components(env, &r.whole, m);
     double area = area_on(m, closed), least = LEAST_AREA * area_on(m, m->real);
-    r.wish = (qw_search_wish){.quads = asked->quads,
-                              .times = asked->times,
-                              .size = sqrt(asked->quads / fmax(fmax(area, least), 1)),
-                              .cut = cut_areas(env, m, closed, &r.components),
-                              .loops = asked->loops,
-                              .effort = fmin(1, asked->quads / fmax(r.whole.complex.face_count, 1)),
-                              .apart = true};
+    r.request = (qw_search_request){.quads = asked->quads,
+                                    .times = asked->times,
+                                    .size = sqrt(asked->quads / fmax(fmax(area, least), 1)),
+                                    .cut = cut_areas(env, m, closed, &r.components),
+                                    .loops = asked->loops,
+                                    .effort = fmin(1, asked->quads / fmax(r.whole.complex.face_count, 1)),
+                                    .apart = true};
     for (uint32_t p = 0; p < r.components.count && qw_uses(env, QW_MECH_LOOPS_OPEN); p++)
-        keep_loops_open(env, &r.components.component[p], r.wish.size);
+        keep_loops_open(env, &r.components.component[p], r.request.size);
     return r;
 }
 
@@ -135,6 +136,7 @@ static void count(qw_quantise_counts *counts, const qw_offset_mesh *m, const red
     counts->iterations = closing->iterations + flattening->iterations;
 }
 
+/* What the search and the two solves came to, for the log. */
 static void log_counts(qw_env *env, const reduced *r, const qw_search_result *found, const qw_closed_counts *closing,
                        const qw_flatten_counts *flattening)
 {
@@ -149,7 +151,7 @@ static void log_counts(qw_env *env, const reduced *r, const qw_search_result *fo
            flattening->energy);
 }
 
-qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, const qw_quantise_wish *asked)
+qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, const qw_quantise_request *asked)
 {
     assert(asked->quads > 0 && m->real && m->fixed && m->constraint && m->direction);
     qw_quantise_counts counts = {0};
@@ -167,7 +169,7 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, const qw_quantise
     qw_progress(env, 0.4);
     reduced r = reduce(env, m, closed, asked);
     qw_int2 *d = QW_NEW(env, qw_int2, r.whole.complex.edge_count);
-    qw_search_result found = qw_search_integers(env, &r.components, &r.wish, d);
+    qw_search_result found = qw_search_integers(env, &r.components, &r.request, d);
     qw_progress(env, 0.6);
     qw_decimated_expand(&r.whole, d, m->d);
     release_moved(m);

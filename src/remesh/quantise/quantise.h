@@ -21,15 +21,15 @@ typedef struct qw_quantise_counts {
     uint32_t iterations;
 } qw_quantise_counts;
 
-typedef struct qw_quantise_wish {
+typedef struct qw_quantise_request {
     double quads;
     double times;         /* as in base/promise.h */
     double loops, follow; /* the options; loops 0 leaves lines as they fall, follow 0 sizes as they are */
     bool stiff;           /* stiffens squeezed triangles in several rounds, until few or none are left */
     uint8_t *verdict;     /* uint8_t[3 face_count] or NULL: see acute_corners.h */
-} qw_quantise_wish;
+} qw_quantise_request;
 
 /* Changes m->d; m->real and m->size by the scale; m->fixed, constraint and direction where edges are freed. */
-qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, const qw_quantise_wish *wish);
+qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, const qw_quantise_request *request);
 
 #endif

@@ -78,6 +78,8 @@ static int32_t cost_of_step(const void *user, uint32_t variable, int32_t step)
                      more_short(p->complex, variable, d, d + step));
 }
 
+/* What the first and the second step up and down of each variable cost; the second never less than the first, so
+ * that the sum is convex. */
 static void set_costs(const qw_network *net, const qw_complex *c, qw_cost_kind cost_kind, arcs *a)
 {
     for (uint32_t i = 0; i < net->variable_count; i++) {
@@ -93,6 +95,7 @@ static void set_costs(const qw_network *net, const qw_complex *c, qw_cost_kind c
     }
 }
 
+/* The arcs of a flow: two up and two down for each variable. */
 static arcs make_arcs(qw_env *env, const qw_network *net, const qw_complex *c, qw_cost_kind cost_kind)
 {
     arcs a = {.count = ARCS * net->variable_count};
@@ -113,6 +116,7 @@ static arcs make_arcs(qw_env *env, const qw_network *net, const qw_complex *c, q
     return a;
 }
 
+/* Solves the flow problem by the way that the option says. */
 static qw_flow_result solve_once(qw_env *env, const qw_flow_problem *problem, qw_flow_kind kind, arcs *a)
 {
     if (kind == QW_FLOW_MCF || kind == QW_FLOW_ILP) {
@@ -160,6 +164,7 @@ static uint32_t release_curves(const qw_network *net, const uint8_t *bad, qw_com
     return released;
 }
 
+/* A network whose sums of supplies are zero in every component; curves are released until that is so. */
 static qw_network balanced_network(qw_env *env, qw_complex *c, qw_regular_counts *counts)
 {
     for (;;) {

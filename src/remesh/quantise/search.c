@@ -43,11 +43,12 @@ static void gather(qw_env *env, const qw_search *s, qw_search_result *result, qw
     result->inverted = (uint32_t)s->sum.inverted, result->collapsed = (uint32_t)s->sum.collapsed;
 }
 
-/* Integers without regard to lines: what sizes, the nearest ones, noise and, where the wish says so, parting of curves
- * find. */
-static qw_search find_without_lines(qw_env *env, qw_components *components, const qw_search_wish *wish, uint32_t *tries)
+/* Integers without regard to lines: what sizes, the nearest ones, noise and, where the request says so, parting of
+ * curves find. */
+static qw_search find_without_lines(qw_env *env, qw_components *components, const qw_search_request *request,
+                                    uint32_t *tries)
 {
-    qw_search s = qw_search_begin(env, components, wish);
+    qw_search s = qw_search_begin(env, components, request);
     qw_search_sizes(env, &s);
     qw_search_other_sizes(env, &s);
     qw_search_nearest(env, &s);
@@ -68,18 +69,18 @@ static uint32_t count_touching(qw_env *env, const qw_search *s)
    mended for no more other faults: more curves than there are rows of quads for cannot be kept apart. */
 static void keep_apart(qw_env *env, qw_components *components, qw_search *s, uint32_t *tries)
 {
-    double quads = s->wish.quads;
+    double quads = s->request.quads;
     uint32_t touching = s->edges > MOST_APART ? 0 : count_touching(env, s);
-    if (touching == 0 || !qw_uses(env, QW_MECH_SIGNS) || (s->wish.effort < 1 && touching > MOST_TOUCHING * quads))
+    if (touching == 0 || !qw_uses(env, QW_MECH_SIGNS) || (s->request.effort < 1 && touching > MOST_TOUCHING * quads))
         return;
     for (uint32_t p = 0; p < components->count; p++) qw_set_signs(env, &components->component[p]);
-    qw_search_wish wish = s->wish;
-    wish.apart = true;
+    qw_search_request request = s->request;
+    request.apart = true;
     qw_acted(env, QW_MECH_SIGNS, 1);
-    qw_search other = find_without_lines(env, components, &wish, tries);
+    qw_search other = find_without_lines(env, components, &request, tries);
     uint32_t left = count_touching(env, &other);
     double off = fabs(s->sum.area - quads), now = fabs(other.sum.area - quads),
-           bound = quads * QW_COUNT_MARGIN * qw_count_tolerance(quads, wish.times);
+           bound = quads * QW_COUNT_MARGIN * qw_count_tolerance(quads, request.times);
     qw_log(env, QW_LOG_DEBUG,
            "curves touch %u times, %u with signs; %u and %u inverted, %u and %u vanish; %.0f and %.0f of %.0f quads",
            touching, left, (unsigned)s->sum.inverted, (unsigned)other.sum.inverted, (unsigned)s->sum.collapsed,
@@ -91,15 +92,16 @@ static void keep_apart(qw_env *env, qw_components *components, qw_search *s, uin
         for (uint32_t p = 0; p < components->count; p++) components->component[p].decimated.complex.at_least = NULL;
 }
 
-qw_search_result qw_search_integers(qw_env *env, qw_components *components, const qw_search_wish *wish, qw_int2 *d)
+qw_search_result qw_search_integers(qw_env *env, qw_components *components, const qw_search_request *request,
+                                    qw_int2 *d)
 {
-    assert(wish->quads > 0 && wish->size > 0 && wish->cut && d);
+    assert(request->quads > 0 && request->size > 0 && request->cut && d);
     qw_search_result result = {.scale = QW_NEW(env, double, components->count)};
     qw_scope_begin(env);
-    qw_search_wish plain = *wish;
+    qw_search_request plain = *request;
     plain.apart = false;
     qw_search s = find_without_lines(env, components, &plain, &result.tries);
-    if (wish->apart) keep_apart(env, components, &s, &result.tries);
+    if (request->apart) keep_apart(env, components, &s, &result.tries);
     if (qw_uses(env, QW_MECH_EVEN_CURVES)) qw_search_make_even(env, &s);
     if (qw_uses(env, QW_MECH_MEETINGS)) result.meetings = qw_search_meet(env, &s);
     qw_acted(env, QW_MECH_MEETINGS, result.meetings.tried), qw_kept(env, QW_MECH_MEETINGS, result.meetings.kept);

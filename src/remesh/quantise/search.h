@@ -8,7 +8,7 @@
 
 #include "remesh/meetings/meetings.h"
 #include "remesh/quantise/regular.h"
-#include "remesh/quantise/search_wish.h"
+#include "remesh/quantise/search_request.h"
 
 typedef struct qw_search_result {
     double *scale;                /* double[components]: the size taken */
@@ -21,8 +21,9 @@ typedef struct qw_search_result {
     qw_meeting_counts meetings;   /* summed over the components */
 } qw_search_result;
 
-/* d: qw_int2[edges of the whole], receives what was found. Components get signs (touching.h) where the wish is that
+/* d: qw_int2[edges of the whole], receives what was found. Components get signs (touching.h) where the request is that
    curves are parted, some touched, and a search with signs parted them. In the current scope. */
-qw_search_result qw_search_integers(qw_env *env, qw_components *components, const qw_search_wish *wish, qw_int2 *d);
+qw_search_result qw_search_integers(qw_env *env, qw_components *components, const qw_search_request *request,
+                                    qw_int2 *d);
 
 #endif

@@ -17,7 +17,7 @@ void qw_nudge_trial(qw_env *env, const qw_search *s, qw_trial *t, double others,
 {
     assert(t->component < s->components->count && work);
     const qw_complex *real = qw_search_complex(s, t->component);
-    double quads = s->wish.quads, bound = quads * QW_COUNT_MARGIN * qw_count_tolerance(quads, s->wish.times);
+    double quads = s->request.quads, bound = quads * QW_COUNT_MARGIN * qw_count_tolerance(quads, s->request.times);
     if (t->open || !qw_trial_is_forced(s, t)) return;
     qw_scope_begin(env);
     qw_complex c = *real;
@@ -48,6 +48,7 @@ typedef struct choice {
     qw_int2 *d;
 } choice;
 
+/* Keeps the integers at hand if they are the cheapest so far, keep the count and invert nothing. */
 static void choose_cheapest(qw_env *env, void *user)
 {
     (void)env;
@@ -74,8 +75,8 @@ static void try_nearest(qw_env *env, qw_search *s, uint32_t p)
     qw_trial_aim(real, &t, c.real);
     memcpy(c.d, t.d, real->edge_count * sizeof *c.d);
     choice k = {s, &c, s->kept[p].d, qw_complex_area(&c), INFINITY, t.d};
-    qw_nearest_wish wish = {.most = MOST_NEAREST, .farthest = INFINITY, .visit = choose_cheapest, .user = &k};
-    qw_visit_nearest(env, &c, &wish);
+    qw_nearest_request request = {.most = MOST_NEAREST, .farthest = INFINITY, .visit = choose_cheapest, .user = &k};
+    qw_visit_nearest(env, &c, &request);
     qw_acted(env, QW_MECH_NEAREST, 1);
     if (k.cost < INFINITY) {
         qw_search_judge(s, &t);
@@ -87,7 +88,7 @@ static void try_nearest(qw_env *env, qw_search *s, uint32_t p)
 /* Whether what the count lacks or has too much is no more than the whole component. */
 static bool is_large_enough(const qw_search *s, uint32_t p)
 {
-    return qw_search_miss(s, &s->sum) * s->wish.quads <= s->kept[p].area;
+    return qw_search_miss(s, &s->sum) * s->request.quads <= s->kept[p].area;
 }
 
 void qw_search_nearest(qw_env *env, qw_search *s)

@@ -32,6 +32,7 @@ static bool make_at(qw_env *env, const qw_search *s, qw_trial *t, uint32_t p, do
     return !t->open;
 }
 
+/* Parts the curves of component p that touch: at its size, and at smaller ones as long as some still touch. */
 static void part_curves(qw_env *env, qw_search *s, uint32_t p, double *work)
 {
     assert(p < s->components->count && work);
@@ -69,15 +70,16 @@ static void part_curves(qw_env *env, qw_search *s, uint32_t p, double *work)
 void qw_search_part_curves(qw_env *env, qw_search *s)
 {
     double work = PARTING_WORK;
-    for (uint32_t p = 0; p < s->components->count && s->wish.apart; p++)
+    for (uint32_t p = 0; p < s->components->count && s->request.apart; p++)
         if (!s->kept[p].open) part_curves(env, s, p, &work);
 }
 
+/* Makes the closed curves of component p an even number of quads long, within the bounds of the count. */
 static void make_even(qw_env *env, qw_search *s, uint32_t p, double *work)
 {
     qw_scope_begin(env);
     const qw_component *component = &s->components->component[p];
-    double quads = s->wish.quads, bound = quads * QW_COUNT_MARGIN * qw_count_tolerance(quads, s->wish.times);
+    double quads = s->request.quads, bound = quads * QW_COUNT_MARGIN * qw_count_tolerance(quads, s->request.times);
     qw_trial t = qw_search_copy_kept(env, s, p);
     qw_complex c = component->decimated.complex;
     c.d = t.d, c.real = QW_NEW(env, qw_real2, c.edge_count);
@@ -124,26 +126,28 @@ static qw_real2 *closed_aim(qw_env *env, const qw_complex *real, const qw_trial 
     return aimed;
 }
 
+/* Makes lines of component p meet, within the bounds of the count. */
 static qw_meeting_counts meet(qw_env *env, qw_search *s, uint32_t p, uint32_t all_faces)
 {
     assert(p < s->components->count && all_faces > 0);
     qw_scope_begin(env);
     const qw_component *component = &s->components->component[p];
     const qw_complex *real = &component->decimated.complex;
-    double quads = s->wish.quads, bound = quads * QW_SEARCH_COUNT_FREE;
+    double quads = s->request.quads, bound = quads * QW_SEARCH_COUNT_FREE;
     qw_trial t = qw_search_copy_kept(env, s, p);
-    double rest = s->sum.area - t.area + t.scale * t.scale * s->wish.cut[p]; /* other components, and what is cut off */
+    double rest = s->sum.area - t.area +
+                  t.scale * t.scale * s->request.cut[p]; /* other components, and what is cut off */
     /* of a side of a plane not all: rows beside the plane, and parts without a twin, move the count of both as well */
-    double margin = QW_COUNT_MARGIN / s->wish.times,
-           promised = fmax(quads * margin * qw_count_tolerance(quads, s->wish.times), bound);
-    qw_meeting_wish wish = {.real = closed_aim(env, real, &t),
-                            .loops = s->wish.loops,
-                            .least_area = fmin(quads - bound, s->sum.area) - rest,
-                            .most_area = fmax(quads + bound, s->sum.area) - rest,
-                            .least_promised = fmin(quads - promised, s->sum.area) - rest,
-                            .most_promised = fmax(quads + promised, s->sum.area) - rest,
-                            .share = s->wish.effort * real->face_count / all_faces};
-    qw_meeting_counts counts = qw_make_meetings(env, component, &wish, t.d);
+    double margin = QW_COUNT_MARGIN / s->request.times,
+           promised = fmax(quads * margin * qw_count_tolerance(quads, s->request.times), bound);
+    qw_meeting_request request = {.real = closed_aim(env, real, &t),
+                                  .loops = s->request.loops,
+                                  .least_area = fmin(quads - bound, s->sum.area) - rest,
+                                  .most_area = fmax(quads + bound, s->sum.area) - rest,
+                                  .least_promised = fmin(quads - promised, s->sum.area) - rest,
+                                  .most_promised = fmax(quads + promised, s->sum.area) - rest,
+                                  .share = s->request.effort * real->face_count / all_faces};
+    qw_meeting_counts counts = qw_make_meetings(env, component, &request, t.d);
     qw_search_judge(s, &t);
     assert(!t.open && t.inverted <= s->kept[p].inverted);
     s->sum = qw_search_exchange(s->sum, &s->kept[p], &t);
@@ -157,7 +161,7 @@ qw_meeting_counts qw_search_meet(qw_env *env, qw_search *s)
     qw_meeting_counts sum = {0};
     uint32_t faces = 1;
     for (uint32_t p = 0; p < s->components->count; p++) faces += qw_search_complex(s, p)->face_count;
-    for (uint32_t p = 0; p < s->components->count && s->wish.loops > 0; p++) {
+    for (uint32_t p = 0; p < s->components->count && s->request.loops > 0; p++) {
         if (s->kept[p].open) continue;
         qw_meeting_counts c = meet(env, s, p, faces);
         sum.tried += c.tried, sum.kept += c.kept;

@@ -44,6 +44,7 @@ static combination *make_combinations(qw_env *env, const qw_search *s, int count
     return made;
 }
 
+/* Runs the trials of some combinations of sizes side by side, and judges each combination by its sum. */
 static void run_combinations(qw_env *env, const qw_search *s, combination *some, int count)
 {
     uint32_t n = s->components->count;
@@ -112,9 +113,9 @@ static bool is_poor(const qw_search *s, uint32_t p)
    without faults. */
 static void stretch_components(qw_env *env, qw_search *s, const combination *plain)
 {
-    assert(plain && s->wish.quads > 0);
+    assert(plain && s->request.quads > 0);
     qw_scope_begin(env);
-    double lacks = s->wish.quads / fmax(plain->sum.area, 1);
+    double lacks = s->request.quads / fmax(plain->sum.area, 1);
     qw_trial **list = QW_NEW(env, qw_trial *, STRETCHES * (size_t)s->components->count);
     uint32_t count = 0, edges = 0;
     for (uint32_t p = 0; p < s->components->count && edges <= STRETCHED_EDGES; p++) {
@@ -193,14 +194,14 @@ void qw_search_other_sizes(qw_env *env, qw_search *s)
     if (!qw_uses(env, QW_MECH_OTHER_SIZES)) forced = false;
     for (int round = 0; round < SIZE_ROUNDS && forced && qw_search_miss(s, &s->sum) > 0; round++) {
         qw_search_total sum = s->sum;
-        double score = s->score, size = s->wish.size;
+        double score = s->score, size = s->request.size;
         for (uint32_t p = 0; p < n; p++) qw_search_copy(s, &had[p], &s->kept[p]);
-        s->wish.size = fmin(s->kept[0].scale, size) * sqrt(s->wish.quads / fmax(s->sum.area, 1));
+        s->request.size = fmin(s->kept[0].scale, size) * sqrt(s->request.quads / fmax(s->sum.area, 1));
         qw_search_sizes(env, s);
         qw_acted(env, QW_MECH_OTHER_SIZES, 1), qw_kept(env, QW_MECH_OTHER_SIZES, s->score < score);
         if (s->score < score) continue;
         for (uint32_t p = 0; p < n; p++) qw_search_copy(s, &s->kept[p], &had[p]);
-        s->sum = sum, s->score = score, s->wish.size = size;
+        s->sum = sum, s->score = score, s->request.size = size;
         break;
     }
     qw_scope_end(env);
@@ -255,7 +256,7 @@ uint32_t qw_search_noise(qw_env *env, qw_search *s)
     for (; i < NOISY_ROUNDS * s->tries && qw_uses(env, QW_MECH_NOISE); i++) {
         if (i % (2 * s->tries) == s->tries && i > s->tries) give_up(s, given_up, i);
         uint64_t edges = broken_edges(s, given_up);
-        if (edges == 0 || (double)i * (double)edges >= s->wish.effort * QW_SEARCH_EDGES) break;
+        if (edges == 0 || (double)i * (double)edges >= s->request.effort * QW_SEARCH_EDGES) break;
         if (i == end) {
             end = i + QW_MOST_LANES, at = 0;
             count = run_noisy(env, s, given_up, i, trials, list);

@@ -18,10 +18,10 @@ static const float NOISE = 0.4f;
    contracted part and the square root of the number of touching curves. */
 static const double OPEN_WEIGHT = 1e6, COUNT_WEIGHT = 100, BROKEN_WEIGHT = 1000;
 
-qw_search qw_search_begin(qw_env *env, const qw_components *components, const qw_search_wish *wish)
+qw_search qw_search_begin(qw_env *env, const qw_components *components, const qw_search_request *request)
 {
     uint32_t n = components->count;
-    qw_search s = {.components = components, .wish = *wish};
+    qw_search s = {.components = components, .request = *request};
     s.finder = QW_NEW(env, qw_collapse_finder, n), s.first = QW_NEW(env, uint32_t, n);
     s.kept = QW_NEW_ZERO(env, qw_trial, n);
     s.potential = QW_NEW(env, int64_t *, n), s.network = QW_NEW(env, qw_network, n);
@@ -33,12 +33,12 @@ qw_search qw_search_begin(qw_env *env, const qw_components *components, const qw
         s.network[p] = qw_network_build(env, &k->complex);
         s.potential[p] = QW_NEW_ZERO(env, int64_t, QW_POTENTIALS(k->complex.face_count));
         s.kept[p].d = QW_NEW_ZERO(env, qw_int2, k->complex.edge_count);
-        s.kept[p].scale = wish->size, s.kept[p].beyond = INFINITY, s.kept[p].stretch = 1;
+        s.kept[p].scale = request->size, s.kept[p].beyond = INFINITY, s.kept[p].stretch = 1;
     }
     s.room = QW_NEW(env, qw_real2, s.most_edges);
-    s.tries = wish->effort * QW_OVERCROWDED < 1
+    s.tries = request->effort * QW_MOST_DECIMATED < 1
                   ? 1
-                  : (int)fmax(3, fmin(MOST_TRIES, wish->effort * QW_SEARCH_EDGES / fmax(s.edges, 1)));
+                  : (int)fmax(3, fmin(MOST_TRIES, request->effort * QW_SEARCH_EDGES / fmax(s.edges, 1)));
     return s;
 }
 
@@ -60,7 +60,7 @@ void qw_search_prepare(const qw_search *s, qw_trial *t, uint32_t component, int 
     int k = i % s->tries;
     double side = k & 1 ? -1 : 1;
     t->component = component, t->number = (uint32_t)i;
-    t->scale = s->wish.size * (1 + side * SIZE_RANGE * ((k + 1) / 2) / fmax(s->tries / 2, 1));
+    t->scale = s->request.size * (1 + side * SIZE_RANGE * ((k + 1) / 2) / fmax(s->tries / 2, 1));
     t->beyond = INFINITY, t->stretch = 1;
     t->noise = NOISE * (float)(i / s->tries);
     t->seed = (uint64_t)i << 32;
@@ -75,7 +75,7 @@ void qw_search_judge(const qw_search *s, qw_trial *t)
     qw_complex c = *real;
     c.d = t->d, c.real = s->room;
     qw_trial_aim(real, t, c.real);
-    t->area = qw_complex_area(&c) + t->scale * t->scale * s->wish.cut[t->component];
+    t->area = qw_complex_area(&c) + t->scale * t->scale * s->request.cut[t->component];
     t->cost = qw_complex_cost(&c);
     t->inverted = qw_complex_inverted(&c);
     t->collapsed = qw_find_collapsed(&s->finder[t->component], t->d);
@@ -99,13 +99,13 @@ qw_search_total qw_search_exchange(qw_search_total sum, const qw_trial *from, co
 
 double qw_search_miss(const qw_search *s, const qw_search_total *sum)
 {
-    double bound = QW_COUNT_MARGIN * qw_count_tolerance(s->wish.quads, s->wish.times);
-    return fmax(fabs(sum->area / s->wish.quads - 1) - bound, 0);
+    double bound = QW_COUNT_MARGIN * qw_count_tolerance(s->request.quads, s->request.times);
+    return fmax(fabs(sum->area / s->request.quads - 1) - bound, 0);
 }
 
 double qw_search_score(const qw_search *s, const qw_search_total *sum)
 {
-    double off = fabs(sum->area / s->wish.quads - 1);
+    double off = fabs(sum->area / s->request.quads - 1);
     double count = COUNT_WEIGHT * fmax(off - QW_SEARCH_COUNT_FREE, 0) + BROKEN_WEIGHT * qw_search_miss(s, sum);
     double cost = s->edges ? sum->cost / s->edges : 0;
     return OPEN_WEIGHT * (double)sum->open + count + cost + (double)sum->inverted + (double)sum->collapsed +

@@ -5,7 +5,7 @@
 
 #include "remesh/quantise/collapse.h"
 #include "remesh/quantise/search_trial.h"
-#include "remesh/quantise/search_wish.h"
+#include "remesh/quantise/search_request.h"
 
 /* Sums over one trial of each component. */
 typedef struct qw_search_total {
@@ -15,7 +15,7 @@ typedef struct qw_search_total {
 
 typedef struct qw_search {
     const qw_components *components;
-    qw_search_wish wish;
+    qw_search_request request;
     qw_collapse_finder *finder; /* qw_collapse_finder[components] */
     qw_real2 *room;             /* qw_real2[most_edges], to work in */
     uint32_t edges, most_edges; /* of all components, of the largest */
@@ -35,7 +35,7 @@ enum { QW_SEARCH_EDGES = 60000 };
 #define QW_SEARCH_COUNT_FREE 0.008
 
 /* In the current scope. */
-qw_search qw_search_begin(qw_env *env, const qw_components *components, const qw_search_wish *wish);
+qw_search qw_search_begin(qw_env *env, const qw_components *components, const qw_search_request *request);
 
 /* qw_trial[combinations][components], each trial with room for its integers. In the current scope. */
 qw_trial *qw_search_room(qw_env *env, const qw_search *s, int combinations);

@@ -91,6 +91,7 @@ static qw_complex complex_room(qw_env *env, uint32_t edges)
         .d = QW_NEW(env, qw_int2, edges), .real = QW_NEW(env, qw_real2, edges), .fixed = QW_NEW(env, uint8_t, edges)};
 }
 
+/* Chooses the integers of one trial, or improves those that it has. room: of the largest component. */
 static void make_trial(qw_env *env, const qw_components *components, const qw_complex *room, qw_trial *t)
 {
     assert(t->component < components->count && t->d);

@@ -75,6 +75,7 @@ static void join(qw_env *env, points *p, uint32_t a, uint32_t b, uint32_t face, 
    together have as many steps. */
 static void fold(qw_env *env, points *p, uint32_t f)
 {
+    assert(f < p->c->face_count);
     const qw_complex *c = p->c;
     uint32_t longest = 3 * f;
     for (uint32_t h = 3 * f + 1; h < 3 * f + 3; h++)
@@ -86,6 +87,8 @@ static void fold(qw_env *env, points *p, uint32_t f)
     }
 }
 
+/* The lattice points on the edges of the complex, joined where edges without length or flat triangles make them
+ * one. */
 static points make_points(qw_env *env, const qw_component *component, const qw_complex *c)
 {
     points p = {.component = component, .c = c, .count = component->vertex_count};
@@ -115,6 +118,8 @@ typedef struct place {
     int32_t contacts, corners;
 } place;
 
+/* How many curves meet at each place, a set of points, beyond those that are joined there anyway; and its corners.
+ * */
 static place *find_places(qw_env *env, points *p)
 {
     const qw_complex *c = p->c;
@@ -347,7 +352,7 @@ uint32_t qw_part_curves(qw_env *env, const qw_component *component, const qw_rea
     while (q.touching > 0 && *work > 0) {
         uint32_t name = next_place(env, &q);
         if (name == QW_NONE) break;
-        qw_break_silence(env);
+        qw_heartbeat(env);
         *work -= (double)(q.step_count + 1) * c->face_count;
         q.failed[name] = !part_place(env, &q);
     }

@@ -36,6 +36,8 @@ static unsigned poor_corners(const qw_vec3 p[4], qw_vec3 area)
     return bits;
 }
 
+/* Whether quad f is better cut along its other diagonal: one that leaves no poor corner, else that which lies
+ * nearer to the surface. */
 static bool should_turn(const diagonals *s, uint32_t f)
 {
     assert(f < s->quads->face_count);

@@ -91,7 +91,7 @@ static void gather_links(qw_env *env, fitting *t)
         for (int k = 0; k < 2; k++) t->of[t->begin[t->links[l].end[k] + 1]++] = l;
 }
 
-/* How far what is meant lies above a place of a link, from 0 at one end to 1 at the other; false: it is not near. */
+/* How far the target lies above a place of a link, from 0 at one end to 1 at the other; false: it is not near. */
 static bool away_at(const fitting *t, link *l, float along, qw_vec3 up, uint32_t hint[2], float *away)
 {
     uint32_t a = l->end[0], b = l->end[1], part = t->quads->component ? t->quads->component[a] : QW_NONE;
@@ -100,20 +100,22 @@ static bool away_at(const fitting *t, link *l, float along, qw_vec3 up, uint32_t
     qw_hit hit = qw_bvh_nearest_of(t->fit->tree, part, place, up, QW_SAME_SHEET, reach, hint[0]);
     if (hit.face == QW_NONE) return false;
     hint[0] = hit.face;
-    qw_vec3 meant = qw_meant_place(&t->fit->meant, hit.point, up, &hint[1], &l->is_thin);
-    *away = qw_dot(qw_sub(meant, place), up);
+    qw_vec3 target = qw_target_place(&t->fit->target, hit.point, up, &hint[1], &l->is_thin);
+    *away = qw_dot(qw_sub(target, place), up);
     return true;
 }
 
+/* How far the surface lies above the middle of each link, and how much of that a move of each end makes up for. */
 static void measure_links(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
+    assert(end <= ((const fitting *)user)->link_count);
     const fitting *t = user;
     uint32_t hint[2] = {QW_NONE, QW_NONE};
     for (uint32_t i = begin; i < end; i++) {
         link *l = &t->links[i];
         uint32_t a = l->end[0], b = l->end[1];
-        if (!t->fit->meant.tree && qw_length2(t->normal[a]) == 0 && qw_length2(t->normal[b]) == 0) continue;
+        if (!t->fit->target.tree && qw_length2(t->normal[a]) == 0 && qw_length2(t->normal[b]) == 0) continue;
         qw_vec3 up = qw_normalize(qw_add(t->facing[a], t->facing[b]));
         if (!away_at(t, l, 0.5f, up, hint, &l->away)) {
             l->weight = 0;
@@ -128,6 +130,7 @@ static void measure_links(void *user, uint32_t block, uint32_t begin, uint32_t e
     }
 }
 
+/* One damped step of all vertices along their normals, within MOST edges. */
 static void jacobi_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -176,6 +179,7 @@ static void part_sides(fitting *t)
 
 /* ---- what may move */
 
+/* float[vertices]: the mean length of the links at each. */
 static float *mean_edges(qw_env *env, const fitting *t)
 {
     uint32_t n = t->quads->vertex_count;
@@ -216,7 +220,7 @@ static qw_vec3 *directions(qw_env *env, const qw_quadmesh *q, const qw_vec3 *fac
         bool is_free = !q->kind || q->kind[v] == QW_VERTEX_FREE || (q->kind[v] == QW_VERTEX_CURVE && cuts[v] == 2);
         if (!is_free) direction[v] = none;
         if (cuts[v] != 2 || qw_length2(direction[v]) == 0) continue;
-        qw_vec3 normal = qw_v3((float)cut[0], (float)cut[1], (float)cut[2]);
+        qw_vec3 normal = qw_v3_of_doubles(cut);
         direction[v] = qw_normalize(qw_madd(direction[v], -qw_dot(direction[v], normal), normal));
     }
     return direction;
@@ -231,7 +235,7 @@ void qw_fit_quads(qw_env *env, qw_quadmesh *quads, const qw_fit *fit)
     quads->position = QW_NEW(env, qw_vec3, n);
     memcpy(quads->position, before, n * sizeof *before);
     qw_scope_begin(env);
-    if (fit->meant.tree) qw_put_curves_on_meant(env, quads, &fit->meant);
+    if (fit->target.tree) qw_put_curves_on_target(env, quads, &fit->target);
     fitting t = {.quads = quads, .fit = fit, .facing = qw_quadmesh_vertex_normals(env, quads)};
     t.normal = directions(env, quads, t.facing, fit->cut);
     t.links = QW_NEW(env, link, 5 * (size_t)quads->face_count);

@@ -3,12 +3,12 @@
 #ifndef QW_REMESH_RELAX_FIT_H
 #define QW_REMESH_RELAX_FIT_H
 
-#include "remesh/relax/meant.h"
+#include "remesh/relax/fit_target.h"
 
 typedef struct qw_fit {
-    const qw_bvh *tree; /* of the surface */
-    float strength;     /* 0 to 1: the share of the way there */
-    qw_meant meant;     /* what the surface stands for, where it stands for something else */
+    const qw_bvh *tree;   /* of the surface */
+    float strength;       /* 0 to 1: the share of the way there */
+    qw_fit_target target; /* what the surface stands for, where it stands for something else */
     /* double[4]: unit normal and offset of a plane, within which boundary vertices on it move; NULL */
     const double *cut;
 } qw_fit;

@@ -1,4 +1,4 @@
-/* Each step of the table goes over the quads that it is for, by number. It takes the patch around a quad, in ever more
+/* Each step of the table goes over the quads that it is for, by number. It takes the window around a quad, in ever more
  * rings, tries to place its vertices better, and keeps what has fewer faults. The steps of the last resort do so after
  * each legal move near by as well.
  */
@@ -6,7 +6,7 @@
 
 #include "base/mechanisms.h"
 #include "geometry/quad_moves.h"
-#include "remesh/relax/quad_patch.h"
+#include "remesh/relax/quad_window.h"
 
 #include <assert.h>
 #include <float.h>
@@ -33,8 +33,8 @@ static const float LEAST_AREA = 0.05f;
 typedef enum remedy_for { FOR_CORNERS, FOR_DOUBTFUL, FOR_FLIPPED } remedy_for;
 
 /* One step of repair. applies: to which quads, those with an inverted corner and all worse ones, doubtful ones and
-   flipped ones, or flipped ones alone. rings: of the first patch, and of the largest that is tried while the quad has
-   faults. moves: one is made before vertices are placed. least_area: share of the patch's area that must be left.
+   flipped ones, or flipped ones alone. rings: of the first window, and of the largest that is tried while the quad has
+   faults. moves: one is made before vertices are placed. least_area: share of the window's area that must be left.
    budget: in steps (qw_repair_site), at least and for each quad of the mesh. */
 typedef struct remedy {
     qw_mechanism mechanism;
@@ -71,7 +71,7 @@ typedef struct engine {
     int64_t least;
     qw_faults *known; /* [faces] */
     uint8_t *failed;  /* [faces] 1: this step did not help, and nothing has changed there since */
-    qw_patch *patch;
+    qw_window *window;
 } engine;
 
 static bool applies(const remedy *r, qw_faults known)
@@ -80,17 +80,17 @@ static bool applies(const remedy *r, qw_faults known)
            (r->applies == FOR_CORNERS && known.inverted > 0);
 }
 
-/* ---- trials */
+/* ---- tries */
 
-typedef struct trial {
+typedef struct repair_try {
     qw_quad_move move;
     bool moves;
     qw_faults change; /* of the mesh's faults */
-    bool clean;       /* nothing in the patch is flipped */
-} trial;
+    bool clean;       /* nothing in the window is flipped */
+} repair_try;
 
 /* The last resort may leave no more corners inverted, and one more quad in doubt for each that is repaired. */
-static bool is_gain(const trial *t, const remedy *r)
+static bool is_gain(const repair_try *t, const remedy *r)
 {
     int32_t fewer = -t->change.flipped, lesser = qw_lesser_faults(t->change);
     if (fewer <= 0) return fewer == 0 && lesser < 0;
@@ -121,9 +121,9 @@ static bool make_move(engine *g, qw_quad_move move)
     return move.kind == QW_COLLAPSE && qw_make_quad_move(&g->site.e, move, false);
 }
 
-/* Makes the move of a trial, if it has one; returns false where it is not legal. changed: the vertices at the move and
+/* Makes the move of a try, if it has one; returns false where it is not legal. changed: the vertices at the move and
    at quad f. */
-static bool make_move_of(engine *g, trial *t, uint32_t f, uint32_t changed[MOST_CHANGED], uint32_t *count)
+static bool make_move_of(engine *g, repair_try *t, uint32_t f, uint32_t changed[MOST_CHANGED], uint32_t *count)
 {
     memcpy(changed, g->site.e.mesh.corner + 4 * (size_t)f, 4 * sizeof *changed);
     *count = 4;
@@ -134,60 +134,60 @@ static bool make_move_of(engine *g, trial *t, uint32_t f, uint32_t changed[MOST_
     return true;
 }
 
-static bool has_corner_among(const qw_patch *p, uint32_t f, const uint32_t *vertex, uint32_t count)
+static bool has_corner_among(const qw_window *p, uint32_t f, const uint32_t *vertex, uint32_t count)
 {
     for (uint32_t k = 0; k < 4 * count; k++)
         if (p->vertex[p->corner[4 * f + k % 4]] == vertex[k / 4]) return true;
     return false;
 }
 
-/* Of a patch as it was taken: quads are judged anew only where moves have changed them. */
-static qw_faults faults_as_taken(engine *g, const qw_patch *p, const uint32_t *changed, uint32_t count)
+/* Of a window as it was taken: quads are judged anew only where moves have changed them. */
+static qw_faults faults_as_taken(engine *g, const qw_window *p, const uint32_t *changed, uint32_t count)
 {
     qw_faults sum = {0, 0, 0};
     for (uint32_t i = 0; i < p->quads.face_count; i++) {
         bool anew = has_corner_among(p, i, changed, count);
-        qw_add_faults(&sum, anew ? qw_patch_faults_of(&g->site, p, i) : g->known[p->face[i]], 1);
+        qw_add_faults(&sum, anew ? qw_window_faults_of(&g->site, p, i) : g->known[p->face[i]], 1);
     }
     return sum;
 }
 
-/* Makes the move, and finds positions for the patch around it and around quad f. The move stays made; false where it is
-   not legal. */
-static bool make_trial(engine *g, uint32_t f, const remedy *r, uint32_t rings, trial *t)
+/* Makes the move, and finds positions for the window around it and around quad f. The move stays made; false where it
+   is not legal. */
+static bool make_try(engine *g, uint32_t f, const remedy *r, uint32_t rings, repair_try *t)
 {
     assert(f < g->site.e.mesh.face_count);
-    uint32_t changed[MOST_CHANGED], count, seeds[QW_PATCH_SEEDS], n = 0;
-    qw_patch *p = g->patch;
+    uint32_t changed[MOST_CHANGED], count, seeds[QW_WINDOW_SEEDS], n = 0;
+    qw_window *p = g->window;
     t->change = (qw_faults){0, 0, 0};
     if (!make_move_of(g, t, f, changed, &count)) return false;
     for (uint32_t i = 0; i < count; i++) add_seed(&g->site.e, seeds, &n, changed[i]);
-    qw_patch_take(&g->site, p, seeds, n, rings, r->freedom);
+    qw_window_take(&g->site, p, seeds, n, rings, r->freedom);
     p->least_area = r->least_area, p->faults = faults_as_taken(g, p, changed, t->moves ? count : 0);
-    qw_patch_place(&g->site, p, r->placing);
+    qw_window_place(&g->site, p, r->placing);
     qw_add_faults(&t->change, p->faults, 1);
     for (uint32_t i = 0; i < p->quads.face_count; i++) qw_add_faults(&t->change, g->known[p->face[i]], -1);
     t->clean = p->faults.flipped == 0;
     return true;
 }
 
-static bool try_trial(engine *g, uint32_t f, const remedy *r, uint32_t rings, trial *t)
+static bool try_remedy(engine *g, uint32_t f, const remedy *r, uint32_t rings, repair_try *t)
 {
     size_t writes = g->site.e.writes;
-    qw_break_silence(g->site.env);
-    if (g->site.budget == 0 || !make_trial(g, f, r, rings, t)) return false;
+    qw_heartbeat(g->site.env);
+    if (g->site.budget == 0 || !make_try(g, f, r, rings, t)) return false;
     qw_quad_edit_undo(&g->site.e, writes);
     return true;
 }
 
-/* Writes the patch into the mesh, after its moves. */
-static void keep_patch(engine *g)
+/* Writes the window into the mesh, after its moves. */
+static void keep_window(engine *g)
 {
-    qw_patch *p = g->patch;
-    if (p->freedom != QW_ON_CURVES) qw_patch_put_on_curves(&g->site, p);
-    qw_patch_put(&g->site, p);
+    qw_window *p = g->window;
+    if (p->freedom != QW_ON_CURVES) qw_window_put_on_curves(&g->site, p);
+    qw_window_put(&g->site, p);
     for (uint32_t i = 0; i < p->quads.face_count; i++)
-        g->known[p->face[i]] = qw_patch_faults_of(&g->site, p, i), g->failed[p->face[i]] = 0;
+        g->known[p->face[i]] = qw_window_faults_of(&g->site, p, i), g->failed[p->face[i]] = 0;
     g->site.e.writes = 0;
 }
 
@@ -208,16 +208,16 @@ static void add_moves(const qw_quad_edit *e, uint32_t v, qw_quad_move *list, uin
     }
 }
 
-/* Tries each move at the corners of f; writes the best trial of all into `best`. */
-static void try_moves(engine *g, uint32_t f, const remedy *r, trial *best)
+/* Tries each move at the corners of f; writes the best try of all into `best`. */
+static void try_moves(engine *g, uint32_t f, const remedy *r, repair_try *best)
 {
     qw_quad_move list[MOST_MOVES];
     uint32_t n = 0, corner[4];
     memcpy(corner, g->site.e.mesh.corner + 4 * (size_t)f, sizeof corner);
     for (uint32_t i = 0; i < 4; i++) add_moves(&g->site.e, corner[i], list, &n);
     for (uint32_t k = 0; k < n && !(best->clean && is_gain(best, r)); k++) {
-        trial t = {.move = list[k], .moves = true};
-        if (!try_trial(g, f, r, r->rings[0], &t)) continue;
+        repair_try t = {.move = list[k], .moves = true};
+        if (!try_remedy(g, f, r, r->rings[0], &t)) continue;
         bool gains = is_gain(&t, r), gained = is_gain(best, r);
         if (gains > gained || (gains == gained && qw_fewer_faults(t.change, best->change))) *best = t;
     }
@@ -225,23 +225,23 @@ static void try_moves(engine *g, uint32_t f, const remedy *r, trial *best)
 
 /* ---- one quad */
 
-/* Tries the step on the patch around quad f. Returns whether it left fewer faults, and keeps the result then. */
+/* Tries the step on the window around quad f. Returns whether it left fewer faults, and keeps the result then. */
 static bool repair_at(engine *g, uint32_t f, const remedy *r, uint32_t rings)
 {
     assert(f < g->site.e.mesh.face_count);
-    trial best = {.moves = false};
-    if (!try_trial(g, f, r, rings, &best)) return false;
+    repair_try best = {.moves = false};
+    if (!try_remedy(g, f, r, rings, &best)) return false;
     if (r->moves && !is_gain(&best, r)) try_moves(g, f, r, &best);
-    if (!is_gain(&best, r) || (best.moves && !make_trial(g, f, r, rings, &best))) return false;
+    if (!is_gain(&best, r) || (best.moves && !make_try(g, f, r, rings, &best))) return false;
     if (!is_gain(&best, r)) { /* the budget ended meanwhile */
         qw_quad_edit_undo(&g->site.e, 0);
         return false;
     }
-    keep_patch(g);
+    keep_window(g);
     return true;
 }
 
-/* Tries patches of more and more rings, as long as the quad has faults. Returns whether any helped. */
+/* Tries windows of more and more rings, as long as the quad has faults. Returns whether any helped. */
 static bool repair_quad(engine *g, uint32_t f, const remedy *r)
 {
     bool any = false;
@@ -274,6 +274,7 @@ static bool repair_all(engine *g, const remedy *r, uint32_t *tried, uint32_t *ke
     return any;
 }
 
+/* Goes through the table of remedies, each within its own budget. */
 static void run_table(engine *g)
 {
     assert(g->site.tree && g->known && g->failed);
@@ -332,18 +333,19 @@ static bool has_suspects(const qw_quadmesh *q, const qw_flip_repair *repair, flo
     return false;
 }
 
-typedef struct search_task {
+typedef struct suspect_task {
     const qw_quadmesh *quads;
     const qw_flip_judge *judge;
     const qw_vec3 *ground;
     uint32_t from;
     uint8_t *found; /* uint8_t[SEARCHED] */
-} search_task;
+} suspect_task;
 
+/* Looks for flipped quads among some. */
 static void search_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
-    const search_task *t = user;
+    const suspect_task *t = user;
     const qw_quadmesh *q = t->quads;
     for (uint32_t i = begin; i < end; i++) {
         uint32_t f = t->from + i;
@@ -356,7 +358,7 @@ static void search_block(void *user, uint32_t block, uint32_t begin, uint32_t en
 static bool finds_flipped(qw_env *env, const qw_quadmesh *q, const qw_flip_judge *judge, const qw_flip_repair *repair)
 {
     uint8_t found[SEARCHED];
-    search_task t = {q, judge, repair->ground, 0, found};
+    suspect_task t = {q, judge, repair->ground, 0, found};
     for (; t.from < q->face_count; t.from += SEARCHED) {
         uint32_t count = q->face_count - t.from < SEARCHED ? q->face_count - t.from : SEARCHED;
         qw_parallel(env, count, GRAIN, search_block, &t);
@@ -387,6 +389,7 @@ static void copy_flags(const engine *g, uint8_t *flipped)
                                                             : QW_NOT_FLIPPED);
 }
 
+/* All that the repair needs, in the current scope: the faults of every quad are known afterwards. */
 static engine *make_engine(qw_env *env, const qw_quadmesh *quads, const qw_flip_repair *repair, const qw_bvh *tree,
                            float edge)
 {
@@ -394,7 +397,7 @@ static engine *make_engine(qw_env *env, const qw_quadmesh *quads, const qw_flip_
     uint32_t vertices = quads->vertex_count, faces = quads->face_count;
     engine *g = QW_NEW_ZERO(env, engine, 1);
     qw_repair_site *s = &g->site;
-    g->repair = repair, g->least = repair->least, g->patch = QW_NEW_ZERO(env, qw_patch, 1);
+    g->repair = repair, g->least = repair->least, g->window = QW_NEW_ZERO(env, qw_window, 1);
     g->known = QW_NEW(env, qw_faults, faces), g->failed = QW_NEW(env, uint8_t, faces);
     *s = (qw_repair_site){.env = env, .e = qw_quad_edit_open(env, quads), .surface = repair->surface, .tree = tree};
     s->e.keeps_journal = true, s->edge = edge;

@@ -1,9 +1,9 @@
-/* New positions for the vertices of a patch, in two ways:
+/* New positions for the vertices of a window, in two ways:
  * - membrane: each vertex goes to the mean of its neighbours, over and over; then all go back onto the surface.
  * (Tutte's embedding has no flipped quad where the ring around it is convex.)
  * - search: each vertex tries eight steps around it and takes the one after which the quads around it cost least.
  */
-#include "remesh/relax/quad_patch.h"
+#include "remesh/relax/quad_window.h"
 
 #include "geometry/step_search.h"
 
@@ -12,10 +12,10 @@
 #include <string.h>
 
 enum {
-    SPREADS = 40,       /* sweeps of the membrane: its patches are at most a dozen quads wide */
+    SPREADS = 40,       /* sweeps of the membrane: its windows are at most a dozen quads wide */
     SETTLINGS = 4,      /* onto the surface, with a sweep between */
     SWEEPS = 30,        /* of the search */
-    SEARCHES_A_QUAD = 6 /* searches of single vertices, for each quad of the patch, in the last resort: it searches
+    SEARCHES_A_QUAD = 6 /* searches of single vertices, for each quad of the window, in the last resort: it searches
                            after every move */
 };
 
@@ -29,37 +29,37 @@ static const double LIFT = 10;
 /* Steps of the search, in mean lengths of the edges around the vertex: the first, and the shortest. */
 static const float FIRST_STEP = 0.4f, LEAST_STEP = 0.01f;
 /* Farthest that the search moves a corner along a curve, in mean edges: corners are what makes a shape recognisable. */
-static const float MOST_ASTRAY = 0.3f;
+static const float MOST_ALONG_CURVE = 0.3f;
 /* Farthest that a vertex may leave its curve, in mean edges. */
-static const float MOST_STRAY = 0.5f;
+static const float MOST_OFF_CURVE = 0.5f;
 /* A membrane is brought back to the sheet that it faces within this many mean edges, else to the nearest point
    anywhere. */
 static const float MOST_DOWN = 4;
-/* A patch with fewer quad corners at fixed vertices, or with more than MOST_MOVING at moving vertices for each of
+/* A window with fewer quad corners at fixed vertices, or with more than MOST_MOVING at moving vertices for each of
    them, is a protrusion or a whole component: its membrane would shrink to nothing. (Six rings of a plain lattice
    have six for each.) */
 enum { LEAST_FIXED = 4, MOST_MOVING = 8 };
 
 /* ---- the surface at each vertex and quad */
 
-static qw_vec3 corner_cross(const qw_patch *p, uint32_t h)
+static qw_vec3 corner_cross(const qw_window *p, uint32_t h)
 {
     qw_vec3 at = p->position[p->corner[h]];
     return qw_cross(qw_sub(p->position[p->corner[qw_quad_next(h)]], at),
                     qw_sub(p->position[p->corner[qw_quad_prev(h)]], at));
 }
 
-static float side_length2(const qw_patch *p, uint32_t h)
+static float side_length2(const qw_window *p, uint32_t h)
 {
     return qw_length2(qw_sub(p->position[p->corner[qw_quad_next(h)]], p->position[p->corner[h]]));
 }
 
-static qw_vec3 cross_of(const qw_patch *p, uint32_t f) { return qw_quad_cross(p->position, p->corner + 4 * f); }
+static qw_vec3 cross_of(const qw_window *p, uint32_t f) { return qw_quad_cross(p->position, p->corner + 4 * f); }
 
 /* The surface below the middle of each quad, on the sheet that its neighbours face. */
-static void look_up(const qw_repair_site *s, qw_patch *p)
+static void look_up(const qw_repair_site *s, qw_window *p)
 {
-    uint32_t part = qw_patch_component(s, p);
+    uint32_t part = qw_window_component(s, p);
     for (uint32_t f = 0; f < p->quads.face_count; f++) {
         qw_vec3 middle = qw_quad_middle(p->position, p->corner + 4 * f), around = {0, 0, 0};
         for (uint32_t h = 4 * f; h < 4 * f + 4; h++)
@@ -70,21 +70,21 @@ static void look_up(const qw_repair_site *s, qw_patch *p)
     }
 }
 
-static qw_vec3 up_at(const qw_patch *p, uint32_t v)
+static qw_vec3 up_at(const qw_window *p, uint32_t v)
 {
     qw_vec3 n = {0, 0, 0};
     for (uint32_t k = p->begin[v]; k < p->begin[v + 1]; k++) n = qw_add(n, p->up[p->around[k] / 4]);
     return qw_normalize(n);
 }
 
-static qw_vec3 normal_at(const qw_patch *p, uint32_t v)
+static qw_vec3 normal_at(const qw_window *p, uint32_t v)
 {
     qw_vec3 n = {0, 0, 0};
     for (uint32_t k = p->begin[v]; k < p->begin[v + 1]; k++) n = qw_add(n, qw_normalize(cross_of(p, p->around[k] / 4)));
     return qw_normalize(n);
 }
 
-static void put(const qw_repair_site *s, qw_patch *p, uint32_t v, const qw_hit *hit)
+static void put(const qw_repair_site *s, qw_window *p, uint32_t v, const qw_hit *hit)
 {
     if (hit->face == QW_NONE) return;
     p->position[v] = hit->point, p->ground[v] = qw_normalize(qw_face_cross(s->surface, hit->face));
@@ -92,8 +92,8 @@ static void put(const qw_repair_site *s, qw_patch *p, uint32_t v, const qw_hit *
 
 /* ---- the membrane */
 
-/* Whether enough of the patch's vertices are fixed for a membrane (LEAST_FIXED, MOST_MOVING). */
-static bool is_hung(const qw_patch *p)
+/* Whether enough of the window's vertices are fixed for a membrane (LEAST_FIXED, MOST_MOVING). */
+static bool is_hung(const qw_window *p)
 {
     uint32_t moving = 0, fixed;
     for (uint32_t k = 0; k < p->moving_count; k++) moving += p->begin[p->moving[k] + 1] - p->begin[p->moving[k]];
@@ -101,10 +101,10 @@ static bool is_hung(const qw_patch *p)
     return fixed >= LEAST_FIXED && moving <= MOST_MOVING * fixed;
 }
 
-static bool is_curve(const qw_patch *p, uint32_t h) { return p->twin[h] == QW_NONE || p->mark[h]; }
+static bool is_curve(const qw_window *p, uint32_t h) { return p->twin[h] == QW_NONE || p->mark[h]; }
 
 /* The mean of v's neighbours, or of those along curves; v itself where there are none. */
-static qw_vec3 middle_of_neighbours(const qw_patch *p, uint32_t v, bool on_curve)
+static qw_vec3 middle_of_neighbours(const qw_window *p, uint32_t v, bool on_curve)
 {
     qw_vec3 sum = {0, 0, 0};
     float count = 0;
@@ -116,11 +116,12 @@ static qw_vec3 middle_of_neighbours(const qw_patch *p, uint32_t v, bool on_curve
     return count > 0 ? qw_scale(sum, 1 / count) : p->position[v];
 }
 
-static void spread_once(const qw_repair_site *s, qw_patch *p)
+/* Moves each vertex to the middle of its neighbours, those on curves along them. */
+static void spread_once(const qw_repair_site *s, qw_window *p)
 {
     for (uint32_t k = 0; k < p->moving_count; k++) {
         uint32_t v = p->moving[k];
-        if (p->role[v] == QW_ROLE_STRAY) continue;
+        if (p->role[v] == QW_ROLE_NEAR_CURVE) continue;
         qw_vec3 to = middle_of_neighbours(p, v, p->role[v] != QW_ROLE_FREE);
         if (p->role[v] == QW_ROLE_BOUND) to = qw_slide_bound(&s->curves, &p->edge[v], to);
         if (p->role[v] == QW_ROLE_CORNER) to = qw_curve_nearest(s->all_curves, to, INFINITY).point;
@@ -128,10 +129,11 @@ static void spread_once(const qw_repair_site *s, qw_patch *p)
     }
 }
 
-static void settle(const qw_repair_site *s, qw_patch *p)
+/* Brings free vertices back to the surface. */
+static void settle(const qw_repair_site *s, qw_window *p)
 {
     assert(p->moving_count <= p->quads.vertex_count);
-    uint32_t part = qw_patch_component(s, p);
+    uint32_t part = qw_window_component(s, p);
     for (uint32_t k = 0; k < p->moving_count; k++) {
         uint32_t v = p->moving[k];
         if (p->role[v] != QW_ROLE_FREE) continue;
@@ -143,27 +145,29 @@ static void settle(const qw_repair_site *s, qw_patch *p)
     }
 }
 
-static void spread(const qw_repair_site *s, qw_patch *p)
+static void spread(const qw_repair_site *s, qw_window *p)
 {
     for (int sweep = 0; sweep < SPREADS; sweep++) spread_once(s, p);
     settle(s, p);
 }
 
-static void try_membrane(qw_repair_site *s, qw_patch *p)
+/* Spreads the window out, then alternates between the surface and the membrane. The best that was found is kept. */
+static void try_membrane(qw_repair_site *s, qw_window *p)
 {
     if (!is_hung(p)) return;
     spread(s, p);
     for (int i = 0; i < SETTLINGS && s->budget > 0; i++) {
-        if (qw_patch_keep_better(s, p) && qw_is_faultless(p->faults)) return;
+        if (qw_window_keep_better(s, p) && qw_is_faultless(p->faults)) return;
         spread_once(s, p);
         settle(s, p);
     }
-    qw_patch_restore(p);
+    qw_window_restore(p);
 }
 
 /* ---- the search */
 
-static double cost_of(const qw_repair_site *s, const qw_patch *p, uint32_t f)
+/* What quad f costs: facing against the surface, lying off it, and corners that are not square. */
+static double cost_of(const qw_repair_site *s, const qw_window *p, uint32_t f)
 {
     qw_vec3 area = cross_of(p, f), n = qw_normalize(area);
     double cost = qw_dot(n, p->up[f]) < 0 ? AGAINST : 0;
@@ -178,26 +182,27 @@ static double cost_of(const qw_repair_site *s, const qw_patch *p, uint32_t f)
     return cost;
 }
 
-static float edge_at(const qw_patch *p, uint32_t v)
+static float edge_at(const qw_window *p, uint32_t v)
 {
     float sum = 0;
     for (uint32_t k = p->begin[v]; k < p->begin[v + 1]; k++) sum += sqrtf(side_length2(p, p->around[k]));
     return sum / (float)(p->begin[v + 1] - p->begin[v]);
 }
 
-typedef struct searching {
+typedef struct place_search {
     qw_repair_site *site;
-    qw_patch *patch;
+    qw_window *window;
     float step;      /* in mean lengths of the edges around a vertex */
     qw_vec3 normal;  /* at the vertex that is searched */
     uint32_t hint;   /* a triangle of the surface that may be near, or QW_NONE */
     uint64_t looked; /* triangles that it has looked at */
-} searching;
+} place_search;
 
+/* For qw_step_search: the plane in which v tries steps, and their length. */
 static double frame_of(void *user, uint32_t v, qw_spot *here, qw_vec3 axis[2])
 {
-    searching *s = user;
-    const qw_patch *p = s->patch;
+    place_search *s = user;
+    const qw_window *p = s->window;
     qw_vec3 up = s->normal = up_at(p, v);
     s->hint = QW_NONE;
     here->up = p->ground[v], here->on = p->edge[v];
@@ -209,9 +214,9 @@ static double frame_of(void *user, uint32_t v, qw_spot *here, qw_vec3 axis[2])
 /* Onto its curve if v is bound to one, else onto the surface. */
 static bool land(void *user, uint32_t v, const double aimed[3], qw_spot *spot)
 {
-    searching *t = user;
+    place_search *t = user;
     qw_repair_site *s = t->site;
-    const qw_patch *p = t->patch;
+    const qw_window *p = t->window;
     qw_vec3 from = qw_v3_of_doubles(spot->at), to = qw_v3_of_doubles(aimed), point;
     float length = qw_distance(to, from);
     if (p->role[v] == QW_ROLE_BOUND) {
@@ -219,14 +224,14 @@ static bool land(void *user, uint32_t v, const double aimed[3], qw_spot *spot)
     } else if (p->role[v] == QW_ROLE_CORNER) {
         qw_curve_hit hit = qw_curve_nearest(s->all_curves, to, length);
         point = hit.point;
-        if (hit.segment == QW_NONE || qw_distance(point, p->home[v]) > MOST_ASTRAY * s->edge) return false;
+        if (hit.segment == QW_NONE || qw_distance(point, p->home[v]) > MOST_ALONG_CURVE * s->edge) return false;
     } else {
-        uint32_t part = qw_patch_component(s, p);
+        uint32_t part = qw_window_component(s, p);
         qw_hit hit = qw_bvh_nearest_of(s->tree, part, to, t->normal, QW_SAME_SHEET, length, t->hint);
         t->looked += hit.looked;
         if (hit.face == QW_NONE) return false;
         t->hint = hit.face, point = hit.point, spot->up = qw_normalize(qw_face_cross(s->surface, hit.face));
-        if (p->role[v] == QW_ROLE_STRAY && qw_distance(point, p->home[v]) > MOST_STRAY * s->edge) return false;
+        if (p->role[v] == QW_ROLE_NEAR_CURVE && qw_distance(point, p->home[v]) > MOST_OFF_CURVE * s->edge) return false;
     }
     qw_to_doubles(point, spot->at);
     return true;
@@ -234,25 +239,26 @@ static bool land(void *user, uint32_t v, const double aimed[3], qw_spot *spot)
 
 static void put_spot(void *user, uint32_t v, const qw_spot *spot)
 {
-    qw_patch *p = ((const searching *)user)->patch;
+    qw_window *p = ((const place_search *)user)->window;
     p->ground[v] = spot->up, p->edge[v] = spot->on;
 }
 
 static double cost_at(void *user, uint32_t v, uint32_t f)
 {
     (void)v;
-    const searching *s = user;
-    return cost_of(s->site, s->patch, f);
+    const place_search *s = user;
+    return cost_of(s->site, s->window, f);
 }
 
-static void try_search(qw_repair_site *s, qw_patch *p)
+/* Lets each vertex search for a better place, with smaller steps where no vertex finds one. */
+static void try_search(qw_repair_site *s, qw_window *p)
 {
-    assert(p->quads.face_count <= QW_PATCH_FACES);
+    assert(p->quads.face_count <= QW_WINDOW_FACES);
     uint64_t most = (uint64_t)SEARCHES_A_QUAD * p->quads.face_count,
              reserve = p->freedom == QW_OFF_CURVES && s->budget > most ? s->budget - most : 0;
     look_up(s, p);
     memset(p->awake, 1, sizeof p->awake);
-    searching t = {s, p, FIRST_STEP, {0, 0, 0}, QW_NONE, 0};
+    place_search t = {s, p, FIRST_STEP, {0, 0, 0}, QW_NONE, 0};
     const qw_step_search search = {p->corner, p->position, NULL,     p->begin, p->around, p->awake,
                                    1,         &t,          frame_of, land,     put_spot,  cost_at};
     for (int i = 0; i < SWEEPS && t.step > LEAST_STEP && s->budget >= reserve + p->moving_count; i++) {
@@ -260,11 +266,11 @@ static void try_search(qw_repair_site *s, qw_patch *p)
         t.step *= 0.5f;
         memset(p->awake, 1, sizeof p->awake);
     }
-    qw_patch_keep_better(s, p);
-    qw_patch_restore(p);
+    qw_window_keep_better(s, p);
+    qw_window_restore(p);
 }
 
-void qw_patch_place(qw_repair_site *s, qw_patch *p, qw_placing placing)
+void qw_window_place(qw_repair_site *s, qw_window *p, qw_placing placing)
 {
     assert(p->quads.face_count > 0);
     if (qw_is_faultless(p->faults)) return;
@@ -279,16 +285,16 @@ void qw_patch_place(qw_repair_site *s, qw_patch *p, qw_placing placing)
 /* ---- back to the curves */
 
 /* Of the quads around v. */
-static qw_faults faults_around(qw_repair_site *s, const qw_patch *p, uint32_t v)
+static qw_faults faults_around(qw_repair_site *s, const qw_window *p, uint32_t v)
 {
     qw_faults sum = {0, 0, 0};
     for (uint32_t k = p->begin[v]; k < p->begin[v + 1]; k++)
-        qw_add_faults(&sum, qw_patch_faults_of(s, p, p->around[k] / 4), 1);
+        qw_add_faults(&sum, qw_window_faults_of(s, p, p->around[k] / 4), 1);
     return sum;
 }
 
 /* Moves v to `to` if that adds no faults; returns whether it did. */
-static bool may_go(qw_repair_site *s, qw_patch *p, uint32_t v, qw_vec3 to)
+static bool may_go(qw_repair_site *s, qw_window *p, uint32_t v, qw_vec3 to)
 {
     qw_vec3 from = p->position[v], ground = p->ground[v];
     qw_faults now = p->faults;
@@ -303,15 +309,15 @@ static bool may_go(qw_repair_site *s, qw_patch *p, uint32_t v, qw_vec3 to)
     return false;
 }
 
-void qw_patch_put_on_curves(qw_repair_site *s, qw_patch *p)
+void qw_window_put_on_curves(qw_repair_site *s, qw_window *p)
 {
     assert(p->moving_count <= p->quads.vertex_count);
     for (uint32_t k = 0; k < p->moving_count; k++) {
         uint32_t v = p->moving[k];
-        if (p->role[v] != QW_ROLE_CORNER && p->role[v] != QW_ROLE_STRAY) continue;
+        if (p->role[v] != QW_ROLE_CORNER && p->role[v] != QW_ROLE_NEAR_CURVE) continue;
         if (qw_distance(p->position[v], p->home[v]) == 0 || may_go(s, p, v, p->home[v])) continue;
         qw_vec3 half = qw_lerp(p->position[v], p->home[v], 0.5f);
         may_go(s, p, v, p->role[v] == QW_ROLE_CORNER ? qw_curve_nearest(s->all_curves, half, INFINITY).point : half);
     }
-    qw_patch_save(p);
+    qw_window_save(p);
 }

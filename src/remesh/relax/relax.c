@@ -181,6 +181,7 @@ typedef struct planes {
     qw_plane_quads q;
 } planes;
 
+/* Four quads in the planes of their normals: coordinates of the corners, and the axes. */
 static planes planes_of(qw_vec3_lanes n, const qw_vec3_lanes p[4])
 {
     planes s;
@@ -215,6 +216,7 @@ static qw_lanes lift_energy(float weight, qw_lanes wanted, const qw_vec3_lanes p
     return sum;
 }
 
+/* Adds to the model what corners lift off the ground planes of their neighbours, first and second derivatives. */
 static void add_lifts(float weight, qw_lanes wanted, const qw_vec3_lanes p[4], const qw_vec3_lanes ground[4],
                       const qw_vec3_lanes axis[4][2], qw_relax_model *model)
 {
@@ -337,6 +339,7 @@ static qw_vec3 curve_direction(const relaxation *r, uint32_t v)
     return qw_normalize(qw_edge_way(s, h));
 }
 
+/* Normal and directions of movement of each vertex: two in its plane, one along a curve, none where it is held. */
 static void frame_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -398,6 +401,7 @@ static bool is_sound(const relaxation *r, uint32_t f, qw_vec3 twice)
     return qw_length(twice) > SOUND * even * odd;
 }
 
+/* The direction in which each quad should face: its own once it agrees with the surface, else the surface's. */
 static void reference_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -502,6 +506,7 @@ static bool try_step(qw_env *env, relaxation *r, double energy, double *after)
     return is_sound && *after < energy;
 }
 
+/* The next positions become the current ones. */
 static void take_step(relaxation *r)
 {
     assert(r->position != r->next && r->face != r->next_face);
@@ -529,6 +534,7 @@ static void clamp_block(void *user, uint32_t block, uint32_t begin, uint32_t end
     }
 }
 
+/* Gauss-Newton steps with damping, until one gains too little or too many are rejected. */
 static void descend(qw_env *env, relaxation *r)
 {
     assert(r->begin && r->around && r->wanted);
@@ -636,6 +642,7 @@ static uint32_t place_of(const relaxation *r, uint32_t v)
                : QW_NONE;
 }
 
+/* Which quads of the result are cut along their other diagonal: turn, uint8_t[quads]. */
 static void choose_diagonals(qw_env *env, const relaxation *r, uint8_t *turn)
 {
     assert(turn && r->curves.edge);

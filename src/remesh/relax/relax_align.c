@@ -33,6 +33,8 @@ static qw_hit find_place(const qw_relax_lines *l, uint32_t f, qw_vec3 middle, qw
     return qw_bvh_nearest_of(l->tree, part, middle, n, QW_SAME_SHEET, (float)QW_ANYWHERE, hint);
 }
 
+/* The directions along and across which each quad should lie, from the surface below its middle; as long as they
+ * are clear. */
 static void look_up_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -88,6 +90,7 @@ static qw_vec3_lanes choose4(qw_lanes_mask first, const qw_vec3_lanes *a, const 
     return (qw_vec3_lanes){qw_choose(first, a->x, b->x), qw_choose(first, a->y, b->y), qw_choose(first, a->z, b->z)};
 }
 
+/* How far four quads' two mean directions are off `along` and `across`, whichever each is nearer to. */
 static residuals residuals_of(qw_lanes scale, const qw_vec3_lanes p[4], const qw_vec3_lanes *along,
                               const qw_vec3_lanes *across)
 {

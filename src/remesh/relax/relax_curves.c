@@ -41,6 +41,7 @@ static bool is_segment(const qw_trimesh *surface, uint32_t h)
     return qw_is_curve_edge(surface, h, true) && qw_stands_for_edge(surface, h);
 }
 
+/* All segments of curves of the surface, with the ends at which curves begin. */
 static curve_set collect_curves(qw_env *env, const qw_trimesh *surface)
 {
     curve_set c = {.surface = surface};
@@ -152,6 +153,7 @@ static vote *count_votes(qw_env *env, const qw_quadmesh *quads, const uint32_t *
     return votes;
 }
 
+/* float[vertices]: the shortest edge at each. */
 static float *shortest_edges(qw_env *env, const qw_quadmesh *quads, const qw_vec3 *position)
 {
     float *shortest = QW_NEW(env, float, quads->vertex_count);
@@ -187,6 +189,8 @@ static void follow_chains(qw_env *env, const qw_quadmesh *quads, qw_curve_bindin
     qw_free(env, constrained);
 }
 
+/* Binds each vertex on a curve to the segment that its chain of edges follows, and moves it there. size: wanted, at
+ * vertices. */
 static void bind_vertices(qw_env *env, const qw_quadmesh *quads, curve_set *c, qw_curve_binding *b, const float *size,
                           qw_vec3 *position)
 {
@@ -244,6 +248,7 @@ static bool is_straight(const curve_set *c, uint32_t v, uint32_t next, float len
 /* Whether surface vertex v, between two curve edges, is a kink for quads of a size. */
 static bool is_kink(const curve_set *c, uint32_t v, float size)
 {
+    assert(v < c->surface->vertex_count);
     if (c->ends[v].count != 2) return false;
     const uint32_t *other = c->ends[v].other;
     const qw_vec3 *p = c->surface->position;
@@ -254,6 +259,7 @@ static bool is_kink(const curve_set *c, uint32_t v, float size)
 
 static bool is_on_side(const curve_set *c, uint32_t v, qw_vec3 place, float size)
 {
+    assert(v < c->surface->vertex_count);
     for (int i = 0; i < 2; i++) {
         qw_vec3 at = c->surface->position[v], d = qw_sub(place, at),
                 along = qw_normalize(qw_sub(c->surface->position[c->ends[v].other[i]], at));

@@ -17,6 +17,7 @@ typedef struct corner_edges {
     qw_lanes area;
 } corner_edges;
 
+/* The two edges at corner i of four quads, in wanted lengths, and the area between them. */
 static corner_edges edges_at(const qw_plane_quads *q, int i, qw_lanes scale)
 {
     int n = (i + 1) & 3, p = (i + 3) & 3;

@@ -3,7 +3,7 @@
 #include <assert.h>
 #include <string.h>
 
-/* DENSE: patches whose system is solved as it is. */
+/* DENSE: clusters whose system is solved as it is. */
 enum { MOST_GRIDS = 12, DENSE = 48 };
 
 /* A mark on groups that are joined later. */
@@ -139,6 +139,7 @@ static qw_vec3 plane_normal(const grid *g, uint32_t a)
     return qw_length2(along) > 0.5f ? qw_any_orthogonal(along) : qw_v3(0, 0, 1);
 }
 
+/* How the movement of a cluster's plane moves each of its members. */
 static void share_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -153,6 +154,7 @@ static void share_block(void *user, uint32_t block, uint32_t begin, uint32_t end
     }
 }
 
+/* The matrix of the next grid: P' A P, by clusters, and the inverse of its diagonal blocks. */
 static void coarse_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -198,6 +200,7 @@ static void factor(qw_relax_grids *g)
     }
 }
 
+/* Solves on the coarsest grid by its Cholesky factors. */
 static void solve_dense(const qw_relax_grids *g, const qw_vec2 *r, qw_vec2 *z)
 {
     assert(g->dense && g->grid[g->count - 1].a.count <= DENSE);
@@ -234,6 +237,7 @@ typedef struct restriction {
     const qw_vec2 *r;
 } restriction;
 
+/* What residuals of members are to their clusters. */
 static void restrict_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;

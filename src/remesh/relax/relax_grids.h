@@ -1,6 +1,6 @@
-/* Coarser systems for the relaxation's: patches of a dozen vertices that move as one along the plane in which they lie,
- * patches of those, and so on. What each unknown of all of them would do by itself, added up, is a preconditioner that
- * knows long waves too (Bramble, Pasciak, Xu, "Parallel multilevel preconditioners", 1990).
+/* Coarser systems for the relaxation's: clusters of a dozen vertices that move as one along the plane in which they
+ * lie, clusters of those, and so on. What each unknown of all of them would do by itself, added up, is a preconditioner
+ * that knows long waves too (Bramble, Pasciak, Xu, "Parallel multilevel preconditioners", 1990).
  */
 #ifndef QW_REMESH_RELAX_RELAX_GRIDS_H
 #define QW_REMESH_RELAX_RELAX_GRIDS_H
@@ -22,7 +22,7 @@ qw_relax_grids *qw_relax_grids_create(qw_env *env, const qw_relax_matrix *fine);
 /* For the matrix as it is now. axis: qw_vec3[count][2], along which the unknowns are; 0 where there is none. */
 void qw_relax_grids_fill(qw_env *env, qw_relax_grids *g, qw_vec3 (*axis)[2]);
 
-/* What the coarser systems make of a residual, by the patches of the finest. */
+/* What the coarser systems make of a residual, by the clusters of the finest. */
 typedef struct qw_relax_correction {
     const uint32_t *group; /* of each vertex, or NULL: there is none */
     const float (*share)[4];
@@ -30,7 +30,7 @@ typedef struct qw_relax_correction {
     double product; /* with the residual */
 } qw_relax_correction;
 
-/* r: qw_vec2[count]. The correction holds until the next. Serial from the second patches on, as these are a hundredth
+/* r: qw_vec2[count]. The correction holds until the next. Serial from the second clusters on, as these are a hundredth
  * of the unknowns. */
 qw_relax_correction qw_relax_grids_correct(qw_env *env, qw_relax_grids *g, const qw_vec2 *r);
 

@@ -12,10 +12,13 @@ static uint32_t find_slot(const qw_relax_system *s, uint32_t v, uint32_t end, ui
     return end;
 }
 
+/* The sparse matrix of 2 by 2 blocks, one for each two vertices of a quad, with room for its solution. In the
+ * current scope. */
 qw_relax_system qw_relax_system_create(qw_env *env, const qw_quadmesh *quads, const uint32_t *begin,
                                        const uint32_t *around)
 {
     assert(quads->face_count < QW_NONE / 16 && begin && around);
+    assert(begin[quads->vertex_count] == 4 * quads->face_count);
     uint32_t n = quads->vertex_count, corners = 4 * quads->face_count;
     qw_relax_system s = {.count = n, .begin = begin, .around = around};
     s.row = QW_NEW(env, uint32_t, (size_t)n + 1);
@@ -52,6 +55,7 @@ typedef struct filling {
     float damping;
 } filling;
 
+/* The matrix rows and right side of each vertex, out of the models of the quads around it. */
 static void fill_rows(void *user, uint32_t block, uint32_t first, uint32_t last)
 {
     (void)block;
@@ -103,6 +107,7 @@ static inline double condition(qw_relax_system *s, uint32_t v)
     return (double)s->r[v].x * s->z[v].x + (double)s->r[v].y * s->z[v].y;
 }
 
+/* x = 0 and the first residual; sums up its product with what the preconditioner makes of it. */
 static void start_block(void *user, uint32_t block, uint32_t first, uint32_t last)
 {
     qw_relax_system *s = user;
@@ -115,6 +120,7 @@ static void start_block(void *user, uint32_t block, uint32_t first, uint32_t las
     s->sum[block] = sum;
 }
 
+/* q = A p, and their product. */
 static void multiply_block(void *user, uint32_t block, uint32_t first, uint32_t last)
 {
     qw_relax_system *s = user;
@@ -135,6 +141,7 @@ static void multiply_block(void *user, uint32_t block, uint32_t first, uint32_t 
     s->sum[block] = sum;
 }
 
+/* A step along p, the new residual, and its product with what the preconditioner makes of it. */
 static void step_block(void *user, uint32_t block, uint32_t first, uint32_t last)
 {
     qw_relax_system *s = user;

@@ -213,7 +213,7 @@ void qw_cells_spread(qw_env *env, const qw_cells *cells, float *sum, uint32_t ch
     float *other = QW_NEW(env, float, values), *share = QW_NEW(env, float, cells->count), *from = sum, *to = other;
     for (uint32_t c = 0; c < cells->count; c++) share[c] = 0.5f / (float)(cells->begin[c + 1] - cells->begin[c]);
     for (uint32_t i = 0; i < rounds; i++) {
-        qw_break_silence(env);
+        qw_heartbeat(env);
         spread_task t = {cells, share, from, to, channels};
         qw_parallel(env, cells->count, QW_GRAIN, spread_block, &t);
         float *turn = from;

@@ -35,6 +35,7 @@ enum { SUMS = sizeof(cell_sums) / sizeof(float) };
 
 static void add_face(const qw_trimesh *m, const uint32_t *cell, uint32_t f, cell_sums *sums)
 {
+    assert(f < m->face_count);
     qw_vec3 cross = qw_face_cross(m, f);
     float third = qw_length(cross) / 6;
     for (uint32_t i = 0; i < 3; i++) {
@@ -55,6 +56,7 @@ typedef struct edge_bends {
 } edge_bends;
 enum { AT_ONCE = 1 << 14 };
 
+/* How each edge bends the surface: half its turn times its length, as a tensor along it. */
 static void find_bends(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     edge_bends *e = user;
@@ -76,6 +78,7 @@ static void find_bends(void *user, uint32_t block, uint32_t begin, uint32_t end)
     }
 }
 
+/* Adds the bends of all edges to the cells at their ends, in the order of the edges. */
 static void add_edges(qw_env *env, const qw_trimesh *m, const uint32_t *cell, const qw_vec3 *facing, cell_sums *sums)
 {
     edge_bends e = {.mesh = m, .facing = facing, .is_bent = QW_NEW(env, bool, AT_ONCE)};
@@ -190,6 +193,7 @@ static float thickness_at(const limb_task *t, uint32_t v)
     return length[RAYS / 2];
 }
 
+/* Lowers the size where the surface is round, so that AROUND edges or so go around a limb. */
 static void limb_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;
@@ -274,14 +278,14 @@ static const double GRADATION[2] = {0.25, 0.45};
 static const double FITS = 1e-3; /* a factor nearer to 1 than this is met */
 
 /* How far the strength is from NEAREST to 1; 0 below. */
-static double beyond_nearest(const qw_density_wish *wish)
+static double beyond_nearest(const qw_density_request *request)
 {
-    return fmax((wish->strength - NEAREST) / (1 - NEAREST), 0);
+    return fmax((request->strength - NEAREST) / (1 - NEAREST), 0);
 }
 
-static double gradation_of(const qw_density_wish *wish)
+static double gradation_of(const qw_density_request *request)
 {
-    return GRADATION[0] + (GRADATION[1] - GRADATION[0]) * beyond_nearest(wish);
+    return GRADATION[0] + (GRADATION[1] - GRADATION[0]) * beyond_nearest(request);
 }
 
 /* twice: float[m->face_count], the doubled areas, or NULL: to be found. */
@@ -300,10 +304,10 @@ double qw_quads_of_size(const qw_trimesh *m, const float *size) { return quads_o
 
 /* The edge that the shape asks for in each cell, in mean edges: `even` up to a factor that the count decides, but at
    most `bound`. */
-typedef struct shape_wish {
+typedef struct shape_sizes {
     qw_cells cells;
     float *area, *even, *bound; /* float[cells.count] */
-} shape_wish;
+} shape_sizes;
 
 /* What cells see of the shape, and what that asks for. */
 typedef struct even_task {
@@ -314,6 +318,7 @@ typedef struct even_task {
     float *even;
 } even_task;
 
+/* Normal and curvatures of each cell, out of its tensor. */
 static void look_at_cells(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const even_task *t = user;
@@ -335,10 +340,10 @@ static void shrink_cells(void *user, uint32_t block, uint32_t begin, uint32_t en
 }
 
 /* Sets w->even; bend, normal: [cells.count], filled in. */
-static void find_even(qw_env *env, const qw_trimesh *m, const qw_density_wish *wish, shape_wish *w, float *bend,
+static void find_even(qw_env *env, const qw_trimesh *m, const qw_density_request *request, shape_sizes *w, float *bend,
                       qw_vec3 *normal)
 {
-    double edge = wish->edge, far = FAR * sqrt(qw_trimesh_area(m)), seen = beyond_nearest(wish);
+    double edge = request->edge, far = FAR * sqrt(qw_trimesh_area(m)), seen = beyond_nearest(request);
     uint32_t n = w->cells.count;
     cell_sums *sums = sum_up(env, m, &w->cells);
     for (uint32_t c = 0; c < n; c++) w->area[c] = sums[c].area;
@@ -354,14 +359,14 @@ static void find_even(qw_env *env, const qw_trimesh *m, const qw_density_wish *w
         if (i > 0) qw_did(env, i == LESSER_FAR ? QW_MECH_DENSITY_FAR : QW_MECH_DENSITY_BETWEEN, 1);
         memcpy(mean, of[i], n * sizeof *mean);
         average_widely(env, &w->cells, w->area, radius[i], mean);
-        t.power = power * fmin(wish->strength / NEAREST, 1);
+        t.power = power * fmin(request->strength / NEAREST, 1);
         qw_parallel(env, n, QW_GRAIN_HEAVY, shrink_cells, &t);
     }
     qw_free(env, lesser), qw_free(env, mean), qw_free(env, sums);
 }
 
 /* Sizes are multiplied so that the mean of 1 / size^2 over the area is 1. */
-static void scale_to_one(const shape_wish *w, float *size)
+static void scale_to_one(const shape_sizes *w, float *size)
 {
     double sum = 0, area = 0;
     for (uint32_t c = 0; c < w->cells.count; c++)
@@ -371,7 +376,7 @@ static void scale_to_one(const shape_wish *w, float *size)
 }
 
 /* Lowers w->bound where limbs ask for it: about once a quad, as it takes rays. bend, normal: [w->cells.count]. */
-static void fit_limbs_of_cells(qw_env *env, const qw_bvh *tree, shape_wish *w, float edge, const float *bend,
+static void fit_limbs_of_cells(qw_env *env, const qw_bvh *tree, shape_sizes *w, float edge, const float *bend,
                                const qw_vec3 *normal)
 {
     qw_scope_begin(env);
@@ -386,27 +391,28 @@ static void fit_limbs_of_cells(qw_env *env, const qw_bvh *tree, shape_wish *w, f
     qw_scope_end(env);
 }
 
-static shape_wish wish_of_shape(qw_env *env, const qw_trimesh *m, const qw_density_wish *wish)
+/* The sizes that the shape asks for by cells: even ones by curvature, and bounds by limbs and curves. */
+static shape_sizes sizes_of_shape(qw_env *env, const qw_trimesh *m, const qw_density_request *request)
 {
-    assert(wish->edge > 0 && wish->strength > 0 && wish->cells);
-    float edge = (float)wish->edge;
-    shape_wish w = {.cells = wish->cells->cells};
+    assert(request->edge > 0 && request->strength > 0 && request->cells);
+    float edge = (float)request->edge;
+    shape_sizes w = {.cells = request->cells->cells};
     uint32_t n = w.cells.count;
     w.area = QW_NEW(env, float, n), w.even = QW_NEW(env, float, n), w.bound = QW_NEW(env, float, n);
     float *bend = QW_NEW(env, float, n);
     qw_vec3 *normal = QW_NEW(env, qw_vec3, n);
-    find_even(env, &wish->cells->mesh, wish, &w, bend, normal);
+    find_even(env, &request->cells->mesh, request, &w, bend, normal);
     scale_to_one(&w, w.even);
     for (uint32_t c = 0; c < n; c++) w.bound[c] = edge * fminf(w.even[c], (float)MOST);
-    fit_limbs_of_cells(env, wish->tree ? wish->tree : qw_bvh_build(env, m), &w, edge, bend, normal);
+    fit_limbs_of_cells(env, request->tree ? request->tree : qw_bvh_build(env, m), &w, edge, bend, normal);
     float *size = QW_NEW(env, float, m->vertex_count);
     for (uint32_t v = 0; v < m->vertex_count; v++) size[v] = w.bound[w.cells.of[v]];
-    qw_fit_between_curves(env, m, wish->with_boundary, size);
+    qw_fit_between_curves(env, m, request->with_boundary, size);
     for (uint32_t v = 0; v < m->vertex_count; v++) w.bound[w.cells.of[v]] = fminf(w.bound[w.cells.of[v]], size[v]);
     for (uint32_t c = 0; c < n; c++) {
         float bound = w.bound[c] / edge;
         w.bound[c] = bound < fminf(w.even[c], (float)MOST)
-                         ? (float)qw_pow((double)fmaxf(bound, LEAST_LIMB), wish->strength)
+                         ? (float)qw_pow((double)fmaxf(bound, LEAST_LIMB), request->strength)
                          : INFINITY;
     }
     qw_free(env, bend), qw_free(env, normal), qw_free(env, size);
@@ -415,18 +421,18 @@ static shape_wish wish_of_shape(qw_env *env, const qw_trimesh *m, const qw_densi
 
 /* Sizes of cells, in mean edges, with which as many quads cover them as with one size everywhere. Bounds and growth do
    not go with the factor, so it takes a few rounds. */
-static void fit_cells(qw_env *env, const shape_wish *w, const qw_density_wish *wish, float *size)
+static void fit_cells(qw_env *env, const shape_sizes *w, const qw_density_request *request, float *size)
 {
     double by = 1;
     for (int round = 0; round < FIT_ROUNDS; round++) {
         double sum = 0, area = 0;
         for (uint32_t c = 0; c < w->cells.count; c++) {
             double wanted = fmin(fmin(by * (double)w->even[c], MOST), (double)w->bound[c]);
-            size[c] = (float)(wish->edge * fmax(wanted, LEAST));
+            size[c] = (float)(request->edge * fmax(wanted, LEAST));
         }
-        qw_cells_limit(env, &w->cells, size, (float)gradation_of(wish));
+        qw_cells_limit(env, &w->cells, size, (float)gradation_of(request));
         for (uint32_t c = 0; c < w->cells.count; c++) {
-            size[c] /= (float)wish->edge;
+            size[c] /= (float)request->edge;
             sum += (double)w->area[c] / ((double)size[c] * (double)size[c]), area += (double)w->area[c];
         }
         double fit = area > 0 ? sqrt(sum / area) : 1;
@@ -436,14 +442,14 @@ static void fit_cells(qw_env *env, const shape_wish *w, const qw_density_wish *w
 }
 
 /* The growth of sizes is bounded, and as many quads cover the surface as with one size. */
-static void settle(qw_env *env, const qw_trimesh *m, const qw_density_wish *wish, float *size)
+static void settle(qw_env *env, const qw_trimesh *m, const qw_density_request *request, float *size)
 {
-    double quads = qw_trimesh_area(m), edge = wish->edge;
+    double quads = qw_trimesh_area(m), edge = request->edge;
     float *twice = QW_NEW(env, float, m->face_count);
     for (uint32_t f = 0; f < m->face_count; f++) twice[f] = qw_length(qw_face_cross(m, f));
     for (int round = 0; round < FIT_ROUNDS; round++) {
         for (uint32_t v = 0; v < m->vertex_count; v++) size[v] *= (float)edge;
-        qw_limit_gradation(env, m, size, (float)(gradation_of(wish) / (1 + FITS)));
+        qw_limit_gradation(env, m, size, (float)(gradation_of(request) / (1 + FITS)));
         for (uint32_t v = 0; v < m->vertex_count; v++) size[v] /= (float)edge;
         double fit = sqrt(quads_of_size(m, twice, size) / quads);
         for (uint32_t v = 0; v < m->vertex_count; v++) size[v] *= (float)fit;
@@ -453,29 +459,29 @@ static void settle(qw_env *env, const qw_trimesh *m, const qw_density_wish *wish
 }
 
 /* Sets size, float[m->vertex_count], to what the shape asks for. */
-static void fit_shape(qw_env *env, const qw_trimesh *m, const qw_density_wish *wish, float *size)
+static void fit_shape(qw_env *env, const qw_trimesh *m, const qw_density_request *request, float *size)
 {
     qw_scope_begin(env);
-    shape_wish w = wish_of_shape(env, m, wish);
+    shape_sizes w = sizes_of_shape(env, m, request);
     float *of_cell = QW_NEW(env, float, w.cells.count);
-    fit_cells(env, &w, wish, of_cell);
-    qw_cells_interpolate(&w.cells, of_cell, (float)(gradation_of(wish) / wish->edge), m->position, m->vertex_count,
-                         size);
+    fit_cells(env, &w, request, of_cell);
+    qw_cells_interpolate(&w.cells, of_cell, (float)(gradation_of(request) / request->edge), m->position,
+                         m->vertex_count, size);
     qw_scope_end(env);
-    settle(env, m, wish, size);
+    settle(env, m, request, size);
 }
 
 /* Multiplies sizes by 1 / painted density. Growth does not go with the factor, so the count takes a few rounds. */
-static void fit_paint(qw_env *env, const qw_trimesh *m, const qw_density_wish *wish, float *size)
+static void fit_paint(qw_env *env, const qw_trimesh *m, const qw_density_request *request, float *size)
 {
     float *before = QW_NEW(env, float, m->vertex_count);
     memcpy(before, size, m->vertex_count * sizeof *size);
-    double quads = qw_trimesh_area(m), by = wish->edge, fit = 1;
+    double quads = qw_trimesh_area(m), by = request->edge, fit = 1;
     for (int round = 0; round < FIT_ROUNDS; round++) {
         for (uint32_t v = 0; v < m->vertex_count; v++)
-            size[v] = (float)(by * (double)before[v] / (double)wish->painted[v]);
+            size[v] = (float)(by * (double)before[v] / (double)request->painted[v]);
         qw_limit_gradation(env, m, size, (float)GRADATION[0]);
-        for (uint32_t v = 0; v < m->vertex_count; v++) size[v] /= (float)wish->edge;
+        for (uint32_t v = 0; v < m->vertex_count; v++) size[v] /= (float)request->edge;
         fit = sqrt(qw_quads_of_size(m, size) / quads);
         by *= fit;
     }
@@ -483,12 +489,12 @@ static void fit_paint(qw_env *env, const qw_trimesh *m, const qw_density_wish *w
     qw_free(env, before);
 }
 
-float *qw_size_factors(qw_env *env, const qw_trimesh *m, const qw_density_wish *wish)
+float *qw_size_factors(qw_env *env, const qw_trimesh *m, const qw_density_request *request)
 {
-    assert(wish->edge > 0 && wish->strength >= 0 && wish->strength <= 1);
+    assert(request->edge > 0 && request->strength >= 0 && request->strength <= 1);
     float *size = QW_NEW(env, float, m->vertex_count);
     for (uint32_t v = 0; v < m->vertex_count; v++) size[v] = 1;
-    if (wish->strength > 0) fit_shape(env, m, wish, size);
-    if (wish->painted) fit_paint(env, m, wish, size);
+    if (request->strength > 0) fit_shape(env, m, request, size);
+    if (request->painted) fit_paint(env, m, request, size);
     return size;
 }

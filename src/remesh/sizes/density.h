@@ -12,18 +12,18 @@
 #include "remesh/sizes/cells.h"
 #include "geometry/bvh.h"
 
-typedef struct qw_density_wish {
+typedef struct qw_density_request {
     double edge;                   /* of the quads on the average, in the frame of the surface; positive */
     double strength;               /* how much the shape says: 0 nothing, 1 all of it */
     const qw_density *painted;     /* qw_density[surface->vertex_count], positive; NULL: 1 everywhere */
     bool with_boundary;            /* boundaries are feature curves as well */
     const qw_surface_cells *cells; /* of the surface and the edge; NULL: strength is 0 */
     const qw_bvh *tree;            /* of the surface; NULL: there is none yet */
-} qw_density_wish;
+} qw_density_request;
 
 /* By what the wanted edge length at each vertex is to be multiplied: float[surface->vertex_count], in the current
    scope. The integral of area / factor^2 is the area. In the same order at any thread count. */
-float *qw_size_factors(qw_env *env, const qw_trimesh *surface, const qw_density_wish *wish);
+float *qw_size_factors(qw_env *env, const qw_trimesh *surface, const qw_density_request *request);
 
 /* How many quads cover the surface if their edges have these lengths: size, float[surface->vertex_count]. */
 double qw_quads_of_size(const qw_trimesh *surface, const float *size);

@@ -83,6 +83,7 @@ double *qw_extents(qw_env *env, const qw_trimesh *s, const qw_census *census)
 /* Whether a triangle is that much longer than high, or has no area. */
 static bool is_needle(const qw_trimesh *s, uint32_t f)
 {
+    assert(f < s->face_count);
     double longest2 = 0;
     for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
         double length2 = (double)qw_length2(qw_edge_way(s, h));

@@ -17,6 +17,7 @@ static double distance2(const double a[3], const double b[3])
     return x * x + y * y + z * z;
 }
 
+/* The density at a place in a polygon of the input: that of the nearest corner, or the mean of very many. */
 static double density_in_polygon(const qw_clean_input *in, uint32_t polygon, const double place[3])
 {
     uint32_t begin = in->face_begin[polygon], end = in->face_begin[polygon + 1], nearest = begin;
@@ -61,6 +62,7 @@ typedef struct painting {
     qw_density *density;   /* [surface vertices] */
 } painting;
 
+/* The painted density at each vertex, from the nearest place of the clean surface. */
 static void paint_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;

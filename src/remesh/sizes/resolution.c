@@ -23,13 +23,13 @@ static const double PREVIEW_EDGES = 0.75;  /* share of the working edges that a 
 static const double SMOOTHNESS_FEW = 0.75; /* share of the smoothness that is used where there are few quads */
 
 /* Interpolates on a logarithmic scale: 0 up to SMALL_FACES quads of the result, 1 from QUADS on. */
-static double above_few(const qw_resolution_wish *w)
+static double above_few(const qw_resolution_request *w)
 {
     return fmin(fmax(qw_ln(w->faces / QW_SMALL_FACES) / qw_ln(QUADS / QW_SMALL_FACES), 0), 1);
 }
 
 /* The same from QUADS to MANY_QUADS. */
-static double up_to_many(const qw_resolution_wish *w)
+static double up_to_many(const qw_resolution_request *w)
 {
     return fmin(fmax(qw_ln(w->faces / QUADS) / qw_ln(MANY_QUADS / QUADS), 0), 1);
 }
@@ -39,7 +39,7 @@ static double between(double from, double to, double t) { return from + (to - fr
 /* With few quads a protrusion is a few working edges around, so the working mesh is finer there; that costs little.
    Between sharp edges a narrow band is but a few edges wide at any count. On surfaces without sharp edges the relief
    gets smoother, in quads, the more quads there are, so the working mesh gets coarser. */
-static double edges_by_count(const qw_resolution_wish *w)
+static double edges_by_count(const qw_resolution_request *w)
 {
     double many = up_to_many(w);
     double smooth = between(WORKING_EDGES_SMOOTH[0], WORKING_EDGES_SMOOTH[1], many),
@@ -48,7 +48,7 @@ static double edges_by_count(const qw_resolution_wish *w)
     return between(WORKING_EDGES_FEW, between(smooth, sharp, fmin(w->feature_density / PART, 1)), above_few(w));
 }
 
-double qw_working_edges(const qw_resolution_wish *w)
+double qw_working_edges(const qw_resolution_request *w)
 {
     double edges = edges_by_count(w), share = fmin(w->follow / FOLLOW_ALL, 1);
     if (w->fast == QW_FAST_DRAFT) return edges;
@@ -57,7 +57,7 @@ double qw_working_edges(const qw_resolution_wish *w)
 }
 
 /* With few quads, normals smoothed over as many edges as elsewhere would no longer show the protrusions. */
-double qw_smoothness(const qw_resolution_wish *w)
+double qw_smoothness(const qw_resolution_request *w)
 {
     return w->smoothness * (SMOOTHNESS_FEW + (1 - SMOOTHNESS_FEW) * above_few(w));
 }

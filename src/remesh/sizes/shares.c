@@ -102,6 +102,7 @@ typedef struct tensor {
    it turns by more than any tube of five sides: that is an edge, which quads keep at any size. */
 static float turn_at(const qw_trimesh *m, uint32_t h)
 {
+    assert(h < 3 * m->face_count);
     uint32_t t = m->twin[h];
     qw_vec3 one = qw_normalize(qw_face_cross(m, h / 3)), other = qw_normalize(qw_face_cross(m, t / 3)),
             along = qw_edge_way(m, h), c = qw_cross(one, other);
@@ -124,6 +125,7 @@ static void gather(const qw_trimesh *m, tensor *at)
     }
 }
 
+/* One step of smoothing: half of each tensor goes to its neighbours. degree: float[vertices], edges at each. */
 static void spread(const qw_trimesh *m, const float *degree, const tensor *from, tensor *to)
 {
     for (uint32_t v = 0; v < m->vertex_count; v++)
@@ -160,7 +162,7 @@ double *qw_component_bends(qw_env *env, const qw_trimesh *m, const qw_census *ce
     }
     gather(m, at);
     for (int round = 0; round < SPREADS; round++) {
-        qw_break_silence(env);
+        qw_heartbeat(env);
         spread(m, degree, at, next);
         tensor *swap = at;
         at = next, next = swap;

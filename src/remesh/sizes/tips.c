@@ -260,6 +260,7 @@ typedef struct scouting {
     uint8_t *is_tip; /* uint8_t[candidates] */
 } scouting;
 
+/* Follows every parts-th of the seeds; the threads differ in their first. */
 static void scout_part(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block, (void)end;
@@ -301,7 +302,7 @@ static void follow_candidates(qw_env *env, finder *f, const uint64_t *key, uint3
     for (uint32_t i = 0; i < count; i++) {
         uint32_t from = (uint32_t)key[i];
         if (taken[from] || !is_tip[i]) continue;
-        qw_break_silence(env);
+        qw_heartbeat(env);
         qw_tip *tip = &list->tip[list->count];
         if (follow(f, from, tip) && tip->length >= shortest) {
             for (uint32_t k = 0; k < f->reached_count; k++)

@@ -24,7 +24,7 @@ static float greater(float a, float b) { return b > a ? b : a; }
 /* ---- around what was found too thin */
 
 typedef struct refining {
-    const qw_size_wish *wish;
+    const qw_size_request *request;
     float least; /* no refined size is less */
     float *size;
 } refining;
@@ -41,7 +41,7 @@ static void refine_block(void *user, uint32_t block, uint32_t begin, uint32_t en
 {
     (void)block;
     const refining *a = user;
-    const qw_vec3 *position = a->wish->surface->position;
+    const qw_vec3 *position = a->request->surface->position;
     uint8_t refined[QW_GRAIN_LIGHT] = {0}; /* the last round that made it smaller */
     qw_vec3 low = position[begin], high = low;
     for (uint32_t v = begin; v < end; v++) {
@@ -49,8 +49,8 @@ static void refine_block(void *user, uint32_t block, uint32_t begin, uint32_t en
         low = qw_v3(lesser(low.x, p.x), lesser(low.y, p.y), lesser(low.z, p.z));
         high = qw_v3(greater(high.x, p.x), greater(high.y, p.y), greater(high.z, p.z));
     }
-    for (uint32_t i = 0; i < a->wish->refinements; i++) {
-        const qw_refinement *r = &a->wish->refinement[i];
+    for (uint32_t i = 0; i < a->request->refinements; i++) {
+        const qw_refinement *r = &a->request->refinement[i];
         if (!may_touch(r, low, high)) continue;
         for (uint32_t v = begin; v < end; v++) {
             if (refined[v - begin] == r->round || qw_distance(position[v], r->center) >= r->radius) continue;
@@ -63,7 +63,7 @@ static void refine_block(void *user, uint32_t block, uint32_t begin, uint32_t en
 /* ---- by the shape, and by components */
 
 /* Factors of the wanted size at the vertices of the surface; NULL: 1 everywhere. *tips: of qw_shared_sizes. */
-static float *density_factors(qw_env *env, const qw_size_wish *w, qw_tip_list *tips)
+static float *density_factors(qw_env *env, const qw_size_request *w, qw_tip_list *tips)
 {
     bool has_density = w->adaptive > 0 || w->painted;
     if (!has_density && !tips) return NULL;
@@ -72,13 +72,13 @@ static float *density_factors(qw_env *env, const qw_size_wish *w, qw_tip_list *t
     qw_surface_cells cells = qw_cells_of_surface(env, w->surface, w->rho);
     if (tips) *tips = qw_find_tips(env, &cells, (float)w->rho, (float)QW_SEEN_IN_OUTLINE);
     if (has_density) {
-        qw_density_wish wish = {.edge = w->rho,
-                                .strength = w->adaptive,
-                                .painted = w->painted,
-                                .with_boundary = w->with_boundary,
-                                .cells = &cells,
-                                .tree = w->tree};
-        factor = qw_size_factors(env, w->surface, &wish);
+        qw_density_request request = {.edge = w->rho,
+                                      .strength = w->adaptive,
+                                      .painted = w->painted,
+                                      .with_boundary = w->with_boundary,
+                                      .cells = &cells,
+                                      .tree = w->tree};
+        factor = qw_size_factors(env, w->surface, &request);
         qw_keep(env, factor);
     }
     if (tips) qw_keep(env, tips->tip);
@@ -102,7 +102,8 @@ static void limit_sizes(const qw_part *part, const uint32_t *component, uint32_t
 }
 
 /* Each component gets its share of the quads of this mean edge: its sizes are multiplied by a factor. */
-static void share_quads(qw_env *env, const qw_size_wish *w, const qw_part *part, const uint32_t *component, float *size)
+static void share_quads(qw_env *env, const qw_size_request *w, const qw_part *part, const uint32_t *component,
+                        float *size)
 {
     const qw_trimesh *s = w->surface;
     uint32_t count = (uint32_t)w->census->components;
@@ -122,7 +123,7 @@ static void share_quads(qw_env *env, const qw_size_wish *w, const qw_part *part,
     qw_free(env, factor), qw_free(env, share);
 }
 
-float *qw_shared_sizes(qw_env *env, const qw_size_wish *w, qw_tip_list *tips)
+float *qw_shared_sizes(qw_env *env, const qw_size_request *w, qw_tip_list *tips)
 {
     assert(w->rho > 0 && w->surface->vertex_count > 0);
     const qw_trimesh *s = w->surface;
@@ -139,7 +140,7 @@ float *qw_shared_sizes(qw_env *env, const qw_size_wish *w, qw_tip_list *tips)
     return size;
 }
 
-void qw_refine_sizes(qw_env *env, const qw_size_wish *w, float *size)
+void qw_refine_sizes(qw_env *env, const qw_size_request *w, float *size)
 {
     assert(size && (w->refinements == 0 || w->refinement));
     qw_fit_loops(env, w->surface, w->with_boundary, size);

@@ -14,7 +14,7 @@ typedef struct qw_refinement {
     uint32_t round; /* 1, 2, ... */
 } qw_refinement;
 
-typedef struct qw_size_wish {
+typedef struct qw_size_request {
     const qw_trimesh *surface;
     const qw_census *census;         /* of the surface */
     const qw_bvh *tree;              /* of the surface; NULL: there is none yet */
@@ -24,16 +24,16 @@ typedef struct qw_size_wish {
     bool with_boundary;              /* the option align_boundary */
     const qw_refinement *refinement; /* qw_refinement[refinements], by rounds */
     uint32_t refinements;
-} qw_size_wish;
+} qw_size_request;
 
 /* Edge length of so many quads on an area, at least the extent over their number. */
 double qw_edge_of(double area, double extent, double quads);
 
 /* rho times the factors of density.h, shared out so that each component gets the quads that it needs:
    float[surface->vertex_count], in the current scope. *tips, if not NULL: what sticks out, in the current scope. */
-float *qw_shared_sizes(qw_env *env, const qw_size_wish *wish, qw_tip_list *tips);
+float *qw_shared_sizes(qw_env *env, const qw_size_request *request, qw_tip_list *tips);
 
 /* Lowers them along small loops and in refinements, and then so that they grow no faster than they may. */
-void qw_refine_sizes(qw_env *env, const qw_size_wish *wish, float *size);
+void qw_refine_sizes(qw_env *env, const qw_size_request *request, float *size);
 
 #endif

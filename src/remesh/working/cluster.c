@@ -65,6 +65,7 @@ static uint8_t first_level(const clustering *c, uint32_t v)
 /* A hash of the cell. Two cells may share one: vertices of both are then in one cluster only if that is a good one. */
 static uint32_t key_of(const clustering *c, uint32_t v)
 {
+    assert(v < c->input->vertex_count);
     double cells = (double)(UINT32_C(1) << c->level[v]) / (double)c->largest;
     qw_vec3 p = c->input->position[v];
     uint64_t x = (uint64_t)(int64_t)qw_floor((double)p.x * cells), y = (uint64_t)(int64_t)qw_floor((double)p.y * cells),
@@ -125,7 +126,7 @@ static void group(clustering *c)
     qw_parallel(c->env, c->opened_count, QW_GRAIN_LIGHT, find_cells, c);
     for (uint32_t i = 0; i < c->touched_count; i++) {
         const uint32_t *corner = c->input->corner + 3 * (size_t)touched_at(c, i);
-        if (i % QW_GRAIN_LIGHT == 0) qw_break_silence(c->env);
+        if (i % QW_GRAIN_LIGHT == 0) qw_heartbeat(c->env);
         join(c, corner[0], corner[1]), join(c, corner[1], corner[2]), join(c, corner[2], corner[0]);
     }
     c->first = c->count;
@@ -162,8 +163,10 @@ typedef struct fan_sums {
     uint32_t edges, triangles; /* of which all ends, all corners are in its cluster */
 } fan_sums;
 
+/* Adds the triangles around v: those inside its cluster, and their normals. */
 static void add_fan(const clustering *c, uint32_t v, fan_sums *sums)
 {
+    assert(v < c->input->vertex_count);
     const qw_trimesh *m = c->input;
     uint32_t h = c->out[v], own = c->of[v];
     do {
@@ -272,6 +275,7 @@ static bool is_turned(const clustering *c, const uint32_t *corner)
     return false;
 }
 
+/* Marks the clusters that are bad: a triangle at them is turned over, or too few are. */
 static void judge_triangles(clustering *c)
 {
     for (uint32_t k = 0; k < c->count; k++) c->cluster[k].triangles = 0;
@@ -412,6 +416,8 @@ static uint32_t *number_clusters(clustering *c, uint32_t **origin, uint32_t *ver
     return number;
 }
 
+/* The surface that the clusters make, sorted by components, with the vertex of the input that each of its own is.
+ * */
 static qw_clustered surface_of(clustering *c, const uint32_t *component, uint32_t components)
 {
     qw_env *env = c->env;
@@ -447,6 +453,7 @@ typedef struct foresight {
     float *largest; /* float[blocks] */
 } foresight;
 
+/* How many faces clusters of these cells would leave, and the largest cell, over a block. */
 static void foresee_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const foresight *s = user;

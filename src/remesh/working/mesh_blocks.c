@@ -97,6 +97,7 @@ typedef struct run {
     uint32_t *done, *vertices, *faces, *round;
 } run;
 
+/* Runs a task on each block with counters of its own, and notes what they came to. */
 static void run_blocks(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)block;

@@ -83,6 +83,8 @@ static bool has_seam_to_collapse(const qw_edit *e, uint32_t f, const void *user)
     return false;
 }
 
+/* Collapses the edges of f that the rule calls short. inner: those that a block may collapse by itself, or the
+ * others. Returns how many. */
 static uint32_t collapse_face(qw_reshape *r, uint32_t f, const collapse_rule *rule, bool inner)
 {
     assert(f < r->edit.face_count);
@@ -155,7 +157,7 @@ static uint32_t split_face(qw_reshape *r, uint32_t f, float above)
     for (uint32_t done = 0;; done++) {
         float length2, beyond2;
         if (done == MOST_SPLITS) return done;
-        if (done % SCAN == SCAN - 1) qw_break_silence(e->env);
+        if (done % SCAN == SCAN - 1) qw_heartbeat(e->env);
         uint32_t h = qw_longest_edge(e, f, &length2);
         if (!(length2 > above * above)) return done;
         for (uint32_t t = qw_edit_twin(e, h); t != QW_NONE; t = qw_edit_twin(e, h)) {
@@ -212,7 +214,7 @@ static void flip_around(qw_reshape *r, uint32_t v, flip_list *l)
         h = l->half[--l->count];
         uint32_t g = qw_edit_twin(e, h);
         if (g == QW_NONE || done == MOST_SPLITS || !qw_reshape_flip(r, h)) continue;
-        if (++done % SCAN == 0) qw_break_silence(e->env);
+        if (++done % SCAN == 0) qw_heartbeat(e->env);
         list_half(e->env, l, qw_edit_next(h)), list_half(e->env, l, qw_edit_prev(h));
         list_half(e->env, l, qw_edit_next(g)), list_half(e->env, l, qw_edit_prev(g));
     }

@@ -25,7 +25,7 @@
 
 /* Slivers are merged where cutting each by itself would make this many times the faces that are needed: ordinary
    surfaces are below 2, fans of some hundred slivers above 10. */
-#define CROWDED 4
+#define MUCH_CUT 4
 
 /* An edge still shorter than this after coarsening could not be collapsed; see grade_targets. In target lengths. */
 #define STUCK       0.35f
@@ -116,6 +116,7 @@ static uint32_t walk_curve(const qw_trimesh *mesh, const qw_curve_ends *ends, ui
    scanned boundary from being held for corners. */
 static qw_vertex_kind kind_of(const qw_trimesh *mesh, const qw_curve_ends *ends, uint32_t v, float target)
 {
+    assert(v < mesh->vertex_count);
     if (ends[v].count == 0) return QW_VERTEX_FREE;
     if (!qw_is_curve_corner(mesh, ends, v, KEPT_COSINE)) return QW_VERTEX_CURVE;
     if (qw_curves_end_at(&ends[v])) return QW_VERTEX_CORNER;
@@ -175,6 +176,7 @@ static double mean_edge(const qw_edit *e)
     return sum / (e->live_faces ? e->live_faces : 1);
 }
 
+/* The longest edge of a block, in target lengths, squared. */
 static void most_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     const lengths *l = user;
@@ -247,6 +249,8 @@ typedef struct face_need {
     double needed, curves, cut;
 } face_need;
 
+/* How many faces the surface needs at its targets: by area, by length of curves, and if each sliver is cut by
+ * itself. */
 static face_need count_needed(const qw_edit *e)
 {
     face_need sum = {0, 0, 0};
@@ -276,21 +280,21 @@ static void merge_slivers(qw_reshape *r, qw_pass p)
     float longest = sqrtf(longest_of_all2(e));
     for (float below = COARSER * SHORT; below < longest; below *= COARSER) {
         face_need need = count_needed(e);
-        if (!(need.cut > CROWDED * need.needed)) break;
+        if (!(need.cut > MUCH_CUT * need.needed)) break;
         qw_collapse_pass(r, below, LONG * below / SHORT, p);
     }
     if (e->live_faces < e->face_count) qw_edit_pack(e);
 }
 
 /* Grades targets, but not where needles, whose short edges are no thin parts, would make a crowd of that. */
-static void grade_unless_crowded(qw_edit *e)
+static void grade_unless_cut(qw_edit *e)
 {
     double before = count_needed(e).cut;
     float *target = QW_NEW(e->env, float, e->vertex_count);
     for (uint32_t v = 0; v < e->vertex_count; v++) target[v] = e->vertex[v].target;
     grade_targets(e);
-    bool crowded = count_needed(e).cut > CROWDED * fmax(before, LEAST_CONDENSED);
-    for (uint32_t v = 0; crowded && v < e->vertex_count; v++) e->vertex[v].target = target[v];
+    bool much_cut = count_needed(e).cut > MUCH_CUT * fmax(before, LEAST_CONDENSED);
+    for (uint32_t v = 0; much_cut && v < e->vertex_count; v++) e->vertex[v].target = target[v];
     qw_free(e->env, target);
 }
 
@@ -307,7 +311,7 @@ static void cut_curves(qw_reshape *r, qw_pass p)
 {
     const qw_edit *e = &r->edit;
     face_need need = count_needed(e);
-    if (!(need.cut > CROWDED * need.needed)) return;
+    if (!(need.cut > MUCH_CUT * need.needed)) return;
     float above = fmaxf(0.5f * sqrtf(longest_of_all2(e)), LONG);
     for (uint32_t pass = 0; pass < MAX_REFINE_PASSES; pass++, above = fmaxf(0.5f * above, LONG))
         if (qw_split_curves_pass(r, above, p) == 0 && above <= LONG) return;
@@ -324,12 +328,13 @@ static void refine(qw_reshape *r, qw_pass p)
     for (uint32_t pass = 0; pass < MAX_REFINE_PASSES; pass++, above = fmaxf(0.5f * above, LONG)) {
         uint32_t split = qw_split_pass(r, above, p);
         if (split > e->live_faces / 16) qw_flip_pass(r, p);
-        if (split > 0 && e->live_faces > CROWDED * needed_above(&need, all, above))
+        if (split > 0 && e->live_faces > MUCH_CUT * needed_above(&need, all, above))
             qw_collapse_pass(r, SHORT * above / LONG, above, p);
         if (above <= LONG && split == 0) break;
     }
 }
 
+/* Rounds of splits, collapses, flips and smoothing, until edges are near to their targets. */
 static void even_out(qw_reshape *r, qw_pass p)
 {
     double step = (p.to - p.from) / ROUNDS;
@@ -454,6 +459,8 @@ qw_trimesh qw_condensed_mesh(qw_env *env, const qw_trimesh *input, const qw_cens
     return mesh;
 }
 
+/* The working mesh: coarsened, cut, refined and smoothed. wanted: float[vertices] or NULL; base_target:
+ * float[vertices] or NULL. */
 static qw_working make_working(qw_env *env, const qw_trimesh *input, const qw_census *census, uint32_t least_faces,
                                const float *wanted, const float *base_target)
 {
@@ -464,7 +471,7 @@ static qw_working make_working(qw_env *env, const qw_trimesh *input, const qw_ce
     qw_reshape r = open_surface(env, input, census, least_faces, wanted, limited);
     coarsen(&r, (qw_pass){env, 0, 0.5});
     merge_slivers(&r, (qw_pass){env, 0.5, 0.5});
-    grade_unless_crowded(&r.edit);
+    grade_unless_cut(&r.edit);
     uint32_t packed = r.edit.vertex_count;
     cut_curves(&r, (qw_pass){env, 0.5, 0.5});
     refine(&r, (qw_pass){env, 0.5, 0.6});

@@ -92,6 +92,7 @@ static void report_what_is_lost(qw_run_state *run)
     }
 }
 
+/* All that was taken off is put back, levels are split, and the result is reported on. */
 void qw_stage_ASSEMBLE(qw_run_state *run)
 {
     write_positions(run);

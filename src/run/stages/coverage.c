@@ -14,6 +14,7 @@
 #include "whole/sizes.h"
 #include "whole/directions.h"
 
+#include <assert.h>
 #include <math.h>
 
 /* How often protrusions grow, as room for some may take others; how often room is made for the same ones; and rings of
@@ -61,6 +62,7 @@ qw_sites qw_find_uncovered(const qw_run_state *run, const qw_quadmesh *quads)
 /* Makes the marked vertices around v that hang together with it unmarked. */
 static void forget_piece(const qw_trimesh *m, const uint32_t *out, uint32_t v, uint8_t *marked, uint32_t *stack)
 {
+    assert(v < m->vertex_count);
     uint32_t deep = 0;
     marked[v] = 0, stack[deep++] = v;
     while (deep > 0) {
@@ -191,6 +193,7 @@ static float grown_distance(const qw_run_state *run)
     return fminf(fmaxf((float)QW_SEEN_IN_OUTLINE, GROWN_DISTANCE * (float)run->rho), qw_uncovered_distance(run));
 }
 
+/* What is uncovered, how far tips are from the quads, and what both amount to in quads. */
 static faults find_faults(const qw_run_state *run, const qw_quadmesh *quads, const uint8_t *flipped)
 {
     qw_trimesh working = qw_parted_working(run);
@@ -240,6 +243,7 @@ static uint32_t extrude(const qw_run_state *run, bool marked, int64_t room, qw_q
 /* Rings of vertices by faces from those that have grown, `first` on, up to LOOSE_RINGS: uint8_t[q->vertex_count]. */
 static uint8_t *find_rings(qw_env *env, const qw_quadmesh *q, uint32_t first)
 {
+    assert(first <= q->vertex_count);
     uint8_t *ring = QW_NEW(env, uint8_t, q->vertex_count);
     for (uint32_t v = 0; v < q->vertex_count; v++) ring[v] = v < first ? LOOSE_RINGS + 1 : 0;
     for (uint8_t k = 0; k < LOOSE_RINGS; k++)
@@ -256,6 +260,7 @@ static uint8_t *find_rings(qw_env *env, const qw_quadmesh *q, uint32_t first)
    meet, as quads draw back from a tip; and all that are farther than LOOSE_RINGS. uint8_t[q->vertex_count] */
 static uint8_t *hold_others(qw_env *env, const qw_quadmesh *q, uint32_t first)
 {
+    assert(first <= q->vertex_count);
     uint8_t *held = QW_NEW(env, uint8_t, q->vertex_count), *ring = find_rings(env, q, first);
     uint32_t *quads = QW_NEW_ZERO(env, uint32_t, q->vertex_count);
     for (uint32_t k = 0; k < 4 * q->face_count; k++) quads[q->corner[k]]++;

@@ -80,7 +80,7 @@ static void reflect(qw_run_state *run)
     for (uint32_t v = 0; v < q->vertex_count; v++) {
         double p[3];
         to_frame(&run->whole.clean.frame, run->output + 3 * (size_t)v, p);
-        q->position[v] = qw_v3((float)p[0], (float)p[1], (float)p[2]);
+        q->position[v] = qw_v3_of_doubles(p);
     }
 }
 
@@ -110,6 +110,7 @@ static uint32_t move(exacting *x)
     return count;
 }
 
+/* Reports how many shapes of each kind were found. */
 static void count_found(exacting *x)
 {
     qw_report *r = x->run->report;

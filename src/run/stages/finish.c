@@ -17,6 +17,8 @@
 #include "remesh/quads/wanted.h"
 #include "products/wrap/wrap_target.h"
 
+#include <assert.h>
+
 /* The quads during the stage. */
 typedef struct finishing {
     qw_run_state *run;
@@ -34,6 +36,7 @@ static bool is_hopeless(const finishing *f)
     return count > QW_HOPELESS_FAULTS * f->quads.face_count;
 }
 
+/* The last resort against flipped quads; taken if fewer are left and no topology is lost. */
 static void repair_flips(finishing *f)
 {
     qw_run_state *run = f->run;
@@ -55,6 +58,7 @@ static void repair_flips(finishing *f)
 
 /* ---- nearer to the surface */
 
+/* Moves vertices off the surface so that the quads lie nearer to it, unless another stage does so later. */
 static void fit_to_surface(finishing *f)
 {
     const qw_run_state *run = f->run;
@@ -72,10 +76,10 @@ static void fit_to_surface(finishing *f)
     qw_fit fit = {.tree = run->tree, .strength = (float)run->options.fit};
     if (run->input.cut) fit.cut = cut;
     qw_trimesh seen;
-    fit.meant = (qw_meant){.surface = run->tree,
-                           .tree = qw_seen_of_input(f->run, &seen),
-                           .reach = (float)QW_WRAP_NEAR * run->whole.clean.wrapped,
-                           .off = (float)QW_WRAP_OFF * run->whole.clean.wrapped};
+    fit.target = (qw_fit_target){.surface = run->tree,
+                                 .tree = qw_seen_of_input(f->run, &seen),
+                                 .reach = (float)QW_WRAP_NEAR * run->whole.clean.wrapped,
+                                 .off = (float)QW_WRAP_OFF * run->whole.clean.wrapped};
     qw_fit_quads(run->env, &f->quads, &fit);
 }
 
@@ -92,8 +96,10 @@ static void check_topology(const finishing *f)
                 check.component_count);
 }
 
+/* Finishes the attempt that was chosen: protrusions, flipped quads, components made anew, fit, topology. */
 void qw_stage_FINISH(qw_run_state *run)
 {
+    assert(run->relaxed.face_count == 0 || run->flipped);
     finishing f = {run, run->relaxed, run->flipped};
     run->sides_meet = 1;
     if (run->options.repair) {

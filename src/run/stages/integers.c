@@ -44,11 +44,11 @@ enum { FEW_CONES = 24 };
 static const float TILTS[] = {0.1f, 0.02f, 0.005f}, LEAST_CLEAR = 0.12f;
 
 /* Directions that the caller asks for take the place of those of the shape, which may be NULL. */
-static qw_vec3 *with_wishes(qw_env *env, qw_vec3 *of_shape, const qw_vec3 *wish, uint32_t count)
+static qw_vec3 *with_asked(qw_env *env, qw_vec3 *of_shape, const qw_vec3 *asked, uint32_t count)
 {
     qw_vec3 *direction = of_shape ? of_shape : QW_NEW_ZERO(env, qw_vec3, count);
     for (uint32_t v = 0; v < count; v++)
-        if (qw_length2(wish[v]) > 0) direction[v] = wish[v];
+        if (qw_length2(asked[v]) > 0) direction[v] = asked[v];
     return direction;
 }
 
@@ -91,13 +91,13 @@ static qw_vec3 *lessen(const qw_run_state *run, const float *slope, float tilt)
 /* Along the lines of a turned part all rows run into its neck. Where a field of few cones has rows of very different
    width for that, other ones are tried that follow the shape less where its girth changes, so that rows may end there.
    Surfaces of many cones have them where they need them. */
-static void let_rows_end(qw_run_state *run, const qw_hierarchy *hierarchy, const float *turn, const qw_vec3 *wish)
+static void let_rows_end(qw_run_state *run, const qw_hierarchy *hierarchy, const float *turn, const qw_vec3 *asked)
 {
     qw_env *env = run->env;
     const qw_trimesh *mesh = &run->working.mesh;
     uint32_t cones = count_cones(mesh, run->normal, run->orientation);
     bool is_ring = cones == 0 && run->surface_census.boundary_loops == 0; /* as even as a ring can be */
-    if (!run->alignment || wish || is_ring || cones > FEW_CONES || !qw_uses(env, QW_MECH_ROWS_END)) return;
+    if (!run->alignment || asked || is_ring || cones > FEW_CONES || !qw_uses(env, QW_MECH_ROWS_END)) return;
     float *slope = QW_NEW(env, float, mesh->vertex_count), *other = QW_NEW(env, float, mesh->vertex_count);
     const float *size = run->working.target;
     double spread = qw_girth_spread(env, mesh, run->normal, run->orientation, size, slope), least = LESS_WIDE * spread;
@@ -116,12 +116,13 @@ static void let_rows_end(qw_run_state *run, const qw_hierarchy *hierarchy, const
     qw_free(env, slope), qw_free(env, other);
 }
 
+/* The cross at each vertex, by diffused curvature, along the surface and what was asked for. */
 void qw_stage_ORIENTATION(qw_run_state *run)
 {
     qw_env *env = run->env;
     qw_hierarchy *hierarchy = run->hierarchy ? run->hierarchy : qw_build_hierarchy(run);
     const qw_trimesh *mesh = &run->working.mesh;
-    qw_resolution_wish resolution = qw_resolution_of(run);
+    qw_resolution_request resolution = qw_resolution_of(run);
     float *radius = QW_NEW(env, float, mesh->vertex_count),
           edges = (float)(CURVATURE_RADIUS * qw_smoothness(&resolution) * qw_working_edges(&resolution));
     for (uint32_t v = 0; v < mesh->vertex_count; v++) radius[v] = edges * run->working.target[v] * run->smoothed[v];
@@ -131,12 +132,12 @@ void qw_stage_ORIENTATION(qw_run_state *run)
     if (run->options.follow > 0)
         run->alignment = qw_principal_directions(env, &run->surface, run->rho, mesh->position, run->normal,
                                                  mesh->vertex_count);
-    qw_vec3 *wish = qw_find_wishes(run);
-    if (wish) run->alignment = with_wishes(env, run->alignment, wish, mesh->vertex_count);
-    run->orientation = qw_orientation_field(env, hierarchy, turn, run->alignment, (float)run->options.follow, wish,
+    qw_vec3 *asked = qw_directions_asked(run);
+    if (asked) run->alignment = with_asked(env, run->alignment, asked, mesh->vertex_count);
+    run->orientation = qw_orientation_field(env, hierarchy, turn, run->alignment, (float)run->options.follow, asked,
                                             (uint64_t)run->options.seed);
-    let_rows_end(run, hierarchy, turn, wish);
-    qw_free(env, wish), qw_free(env, turn), qw_free(env, radius);
+    let_rows_end(run, hierarchy, turn, asked);
+    qw_free(env, asked), qw_free(env, turn), qw_free(env, radius);
     free_hierarchy(env, hierarchy);
     run->hierarchy = NULL;
 }
@@ -145,7 +146,7 @@ void qw_stage_SCALE(qw_run_state *run)
 {
     const qw_trimesh *mesh = &run->working.mesh;
     float *size = QW_NEW(run->env, float, mesh->vertex_count);
-    qw_resolution_wish resolution = qw_resolution_of(run);
+    qw_resolution_request resolution = qw_resolution_of(run);
     float edges = (float)qw_working_edges(&resolution);
     for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] = run->working.target[v] * edges;
     for (uint32_t v = 0; v < mesh->vertex_count; v++) size[v] *= (float)run->plan.size_factor;
@@ -163,6 +164,7 @@ void qw_stage_POSITION(qw_run_state *run)
     free_hierarchy(run->env, hierarchy);
 }
 
+/* Integers on edges, out of crosses and, in the paper's flow, lattice points. */
 void qw_stage_OFFSETS(qw_run_state *run)
 {
     qw_vec3 *lattice = qw_is_closed_flow(&run->options) ? NULL : run->lattice;
@@ -204,30 +206,31 @@ static void judge_bent_curves(qw_run_state *run)
     }
 }
 
+/* Offsets that close around each triangle; says too whether there is less room than cones need. */
 void qw_stage_REGULAR(qw_run_state *run)
 {
     run->regular = qw_offset_branch(run->env, &run->offsets);
     run->curve_outcome = QW_NEW(run->env, uint8_t, 3 * (size_t)run->regular.face_count);
     memcpy(run->curve_outcome, run->curve_verdict, 3 * (size_t)run->regular.face_count);
     qw_regular_counts c;
-    run->stiffening_changes_nothing = run->is_crowded = 0;
+    run->stiffening_changes_nothing = run->lacks_room = 0;
     if (qw_is_closed_flow(&run->options)) {
         /* where rho was raised, as the component is long and thin, fewer quads fit; repairs make up for the others */
         double fit = qw_in_quads(run, run->core.area),
                wanted = fit < FITS * run->faces_wanted ? fmax(fit, 1) : run->faces_wanted;
-        qw_quantise_wish wish = {.quads = wanted / (run->plan.size_factor * run->plan.size_factor),
-                                 .times = qw_times_used(run),
-                                 .loops = run->options.loops,
-                                 .follow = run->options.follow,
-                                 .stiff = run->plan.strategy == QW_STRATEGY_STIFF,
-                                 .verdict = run->curve_outcome};
-        qw_quantise_counts counts = qw_quantise(run->env, &run->regular, &wish);
+        qw_quantise_request request = {.quads = wanted / (run->plan.size_factor * run->plan.size_factor),
+                                       .times = qw_times_used(run),
+                                       .loops = run->options.loops,
+                                       .follow = run->options.follow,
+                                       .stiff = run->plan.strategy == QW_STRATEGY_STIFF,
+                                       .verdict = run->curve_outcome};
+        qw_quantise_counts counts = qw_quantise(run->env, &run->regular, &request);
         c = counts.regular;
-        run->is_crowded = counts.decimated_faces > QW_OVERCROWDED * wish.quads
+        run->lacks_room = counts.decimated_faces > QW_MOST_DECIMATED * request.quads
                               ? 2
-                              : counts.decimated_faces > wish.quads || counts.squeezed > MUCH_SQUEEZED;
-        if (run->is_crowded && !qw_uses(run->env, QW_MECH_CROWDED)) run->is_crowded = 0;
-        qw_did(run->env, QW_MECH_CROWDED, run->is_crowded > 0);
+                              : counts.decimated_faces > request.quads || counts.squeezed > MUCH_SQUEEZED;
+        if (run->lacks_room && !qw_uses(run->env, QW_MECH_LACKS_ROOM)) run->lacks_room = 0;
+        qw_did(run->env, QW_MECH_LACKS_ROOM, run->lacks_room > 0);
         /* where integers invert triangles of the decimated complex, a stiffer surface leads to the same integers,
            unless lines ran together over whole faces */
         run->stiffening_changes_nothing = counts.inverted > 0 && counts.squeezed < MUCH_SQUEEZED &&
@@ -249,12 +252,14 @@ void qw_stage_REGULAR(qw_run_state *run)
    repairs decide; full ones before curves are let go. */
 static qw_sat_effort sat_effort(const qw_run_state *run)
 {
-    if (run->is_crowded > 1) return QW_SAT_NEAR;
+    if (run->lacks_room > 1) return QW_SAT_NEAR;
     return run->plan.effort == QW_EFFORT_SMALL && qw_is_closed_flow(&run->options) && !run->stiffening_changes_nothing
                ? QW_SAT_NEAR
                : QW_SAT_FAR;
 }
 
+/* Splits long edges and removes inverted triangles, by single moves first, then by SAT, then with curves released.
+ * */
 void qw_stage_INVERSIONS(qw_run_state *run)
 {
     run->inversion_free = qw_offset_copy(run->env, &run->regular);

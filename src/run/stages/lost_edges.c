@@ -8,6 +8,7 @@
 #include "base/elementary.h"
 #include "geometry/bvh.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -48,8 +49,10 @@ static qw_vec3 end_of(const segments *s, uint32_t i, bool far)
 
 /* ---- what is lost */
 
+/* Samples the segments of sharp edges: where no edge of the quads is near, that piece is lost. */
 static void find_lost(segments *s, const qw_quadmesh *quads, double edge)
 {
+    assert(edge > 0);
     const qw_curve_tree *tree = qw_curve_tree_of_quads(s->env, quads);
     for (uint32_t i = 0; i < s->count; i++) s->all += (double)qw_distance(end_of(s, i, false), end_of(s, i, true));
     double step = fmax(STEP * edge, s->all / (MOST_SAMPLES * quads->face_count));
@@ -65,7 +68,7 @@ static void find_lost(segments *s, const qw_quadmesh *quads, double edge)
             s->lost_of = qw_grow(s->env, s->lost_of, &s->lost_of_room, s->lost_count + 1, sizeof *s->lost_of);
             s->lost[s->lost_count] = p, s->lost_of[s->lost_count++] = i;
         }
-        if (i % 1024 == 0) qw_break_silence(s->env);
+        if (i % 1024 == 0) qw_heartbeat(s->env);
     }
 }
 
@@ -85,7 +88,7 @@ static double narrowest(segments *s)
     for (uint32_t k = 0; k < s->lost_count; k++) {
         uint32_t own = g->arc_of[s->half[s->lost_of[k]]];
         if (g->arc[own].node[1] != QW_NONE) least = fmin(least, (double)g->arc[own].length);
-        qw_break_silence(s->env);
+        qw_heartbeat(s->env);
         for (uint32_t i = 0; i < s->count; i++) {
             uint32_t other = g->arc_of[s->half[i]];
             if (other == own || qw_arcs_share_node(g, own, other)) continue;
@@ -104,6 +107,7 @@ static double rounded_up(double n)
     return unit * qw_floor(n / unit + 0.9999);
 }
 
+/* Warns of lost sharp edges, with a count of quads that would have room for them. */
 static void warn(qw_run_state *run, const segments *s, double enough)
 {
     char text[sizeof run->report->warnings[0]], count[96] = "more quads are needed";

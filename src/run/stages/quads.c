@@ -13,6 +13,7 @@
 #include "remesh/quads/simplify.h"
 #include "remesh/quads/topology.h"
 
+#include <assert.h>
 #include <string.h>
 
 void qw_stage_QUADS(qw_run_state *run) { run->extraction = qw_extract_quads(run->env, &run->inversion_free); }
@@ -20,8 +21,10 @@ void qw_stage_QUADS(qw_run_state *run) { run->extraction = qw_extract_quads(run-
 /* Relative residual to which vertex positions are solved; the second where they are only the start of relaxation. */
 static const double EMBEDDED = 1e-4, ROUGHLY_EMBEDDED = 3e-2;
 
+/* Least-squares positions of the quads' vertices. */
 void qw_stage_POSITIONS(qw_run_state *run)
 {
+    assert(run->extraction.quads.face_count <= run->inversion_free.face_count);
     qw_embedding_counts c = {0};
     const qw_extraction *x = &run->extraction;
     run->embedded = x->quads;
@@ -38,6 +41,7 @@ void qw_stage_POSITIONS(qw_run_state *run)
 /* Share of the promised tolerance of the count that repairs may use up. */
 static const double REPAIR_SHARE = 0.5;
 
+/* Mends what the promise forbids, within a share of the count's tolerance. */
 void qw_stage_REPAIR(qw_run_state *run)
 {
     qw_repair_counts c = {0};
@@ -65,6 +69,7 @@ static qw_quadmesh rebuild_broken(qw_run_state *run)
         .quads;
 }
 
+/* Rebuilds components that have lost their topology, and removes needless irregularity. */
 void qw_stage_SIMPLIFY(qw_run_state *run)
 {
     qw_simplify_counts moves = {0};
@@ -85,6 +90,7 @@ void qw_stage_SIMPLIFY(qw_run_state *run)
     r->repaired_pairs = moves.collapses + moves.rotations;
 }
 
+/* Fits the count, relaxes the quads, and grows protrusions that they do not cover. */
 void qw_stage_RELAX(qw_run_state *run)
 {
     qw_report *r = run->report;
@@ -95,7 +101,7 @@ void qw_stage_RELAX(qw_run_state *run)
         qw_trimesh working = qw_parted_working(run);
         run->working_tree = qw_bvh_build(run->env, &working);
         run->relaxed = qw_relax(run, &quads, NULL, &run->flipped);
-        if (run->options.repair && !run->is_crowded && qw_uses(run->env, QW_MECH_GROWN))
+        if (run->options.repair && !run->lacks_room && qw_uses(run->env, QW_MECH_GROWN))
             run->grown = qw_grow_protrusions(run, &run->relaxed, &run->flipped, false);
         qw_did(run->env, QW_MECH_GROWN, run->grown);
         if (run->plan.reserve > 0) {

@@ -97,7 +97,7 @@ static void find_components(leveling *l)
     for (uint32_t f = 0; f < q->face_count; f++) {
         const uint32_t *corner = q->corner + 4 * (size_t)f;
         qw_vec3 normal = qw_quad_normal(q, f);
-        qw_break_silence(env);
+        qw_heartbeat(env);
         qw_hit hit = qw_bvh_nearest(l->shape.tree, qw_quad_middle(q->position, corner), normal, QW_SAME_SHEET, 1, hint);
         if (hit.face == QW_NONE) continue;
         hint = hit.face;
@@ -126,7 +126,7 @@ static double *write_positions(leveling *l)
         for (uint32_t v = 0; v < l->quads.vertex_count; v++) {
             double p[3];
             for (int k = 0; k < 3; k++) p[k] = (output[3 * (size_t)v + (size_t)k] - frame->center[k]) * frame->scale;
-            l->quads.position[v] = qw_v3((float)p[0], (float)p[1], (float)p[2]);
+            l->quads.position[v] = qw_v3_of_doubles(p);
         }
     }
     if (flat != QW_NONE)
@@ -278,7 +278,7 @@ static void mend_low(leveling *l)
         for (uint32_t h = 0; h < 4 * l->quads.face_count && m.low > 0; h++) {
             if (!is_low(run, &l->quads, h / 4)) continue;
             if (m.tries >= LEAST_TURNS && (uint64_t)m.tries * l->quads.face_count > MOST_TURNED) return;
-            qw_break_silence(run->env);
+            qw_heartbeat(run->env);
             if (!mend_at(l, h, ways[way], QW_ROTATE_ON, &m) && ways[way].turns)
                 mend_at(l, h, ways[way], QW_ROTATE_BACK, &m);
         }
@@ -341,13 +341,15 @@ static void fit_quads(leveling *l)
     qw_fit_quads(run->env, &l->quads, &fit);
 }
 
+/* Splits the quads as often as asked, each level put onto the shape. */
 static void split_all(leveling *l)
 {
+    assert(l->run->options.subdivide >= 0);
     qw_run_state *run = l->run;
     int64_t times = run->options.subdivide;
     bool is_fitted = run->options.fit_to == QW_FIT_TO_LIMIT; /* the limit is near: only the last level is put there */
     for (int64_t k = 0; k < times; k++) {
-        qw_break_silence(run->env);
+        qw_heartbeat(run->env);
         split_once(l);
         if (!is_fitted || k + 1 == times) qw_put_on_shape(run->env, &l->quads, &l->shape, NULL);
     }

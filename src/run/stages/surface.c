@@ -71,6 +71,7 @@ static void warn_of_cleaning(qw_run_state *run, const qw_clean_counts *c)
         qw_warn(run, "a one-sided component, such as a Moebius strip or a Klein bottle, was cut open along a seam");
 }
 
+/* The clean surface, or the skin around the input, and the report on what cleaning did. */
 void qw_stage_CLEAN(qw_run_state *run)
 {
     if (run->options.wrap) qw_wrap_whole(run);
@@ -94,6 +95,7 @@ void qw_stage_CLEAN(qw_run_state *run)
     qw_look_for_soup(run);
 }
 
+/* What is remeshed: all of the clean surface, or one side of a plane of symmetry. */
 void qw_stage_CORE(qw_run_state *run)
 {
     run->input = *run->whole.input, run->steering = *run->whole.steering;
@@ -120,11 +122,11 @@ double qw_surface_faces(const qw_run_state *run, const qw_options *options)
 }
 
 /* Puts creases that were sampled in the place of what was found of them. */
-static void sharpen(qw_run_state *run, float speck)
+static void sharpen(qw_run_state *run, float quad_edge)
 {
     qw_trimesh *s = &run->surface;
     if (qw_keeps_rims(run) || run->options.keep_marks) return; /* edges of the input that must be found again */
-    if (!qw_uses(run->env, QW_MECH_SHARPEN) || !qw_sharpen(run->env, s, &run->surface_census, speck)) return;
+    if (!qw_uses(run->env, QW_MECH_SHARPEN) || !qw_sharpen(run->env, s, &run->surface_census, quad_edge)) return;
     qw_did(run->env, QW_MECH_SHARPEN, 1);
     run->surface_census = qw_trimesh_census(run->env, s);
     run->report->feature_edges = 0;
@@ -138,20 +140,21 @@ static void mark_features(qw_run_state *run, double rho)
 {
     double asked = run->options.sharp_angle, used = 0,
            count = fmax(qw_faces_without_small(run, run->surface_faces), run->core.needed);
-    float speck = (float)fmin(rho, sqrt(run->core.area / count)); /* at least as many quads as the components need */
+    float quad_edge = (float)fmin(rho,
+                                  sqrt(run->core.area / count)); /* at least as many quads as the components need */
     qw_report *r = run->report;
     if (run->options.sharp_marks) {
         r->feature_edges = qw_take_marks(run->env, &run->input, &run->clean.frame, &run->surface);
     } else {
-        r->feature_edges = qw_find_features(run->env, &run->surface, asked < 0 ? -1.0 : asked * QW_PI / 180.0, speck,
-                                            &used);
-        if (asked < 0) sharpen(run, speck);
+        r->feature_edges = qw_find_features(run->env, &run->surface, asked < 0 ? -1.0 : asked * QW_PI / 180.0,
+                                            quad_edge, &used);
+        if (asked < 0) sharpen(run, quad_edge);
         if (asked < 0 && qw_uses(run->env, QW_MECH_FEATURE_POINTS))
-            r->feature_points = qw_find_points(run->env, &run->surface, speck);
+            r->feature_points = qw_find_points(run->env, &run->surface, quad_edge);
         qw_did(run->env, QW_MECH_FEATURE_POINTS, r->feature_points);
         if (asked >= 0 && qw_marked_length(&run->surface) > 2 * run->core.area / rho) {
             qw_free(run->env, run->surface.mark);
-            r->feature_edges = qw_find_features(run->env, &run->surface, -1.0, speck, &used);
+            r->feature_edges = qw_find_features(run->env, &run->surface, -1.0, quad_edge, &used);
             qw_warn(run, "so few quads have no room for all edges of that angle: a suitable one was found instead");
         }
     }
@@ -249,6 +252,8 @@ static void condense(qw_run_state *run, double rho)
     qw_scope_end(env);
 }
 
+/* The core without small components, marked with feature edges and guides, coarser where it is much finer than the
+ * quads. */
 void qw_stage_SURFACE(qw_run_state *run)
 {
     qw_require_few_faces(run);
@@ -277,7 +282,7 @@ static float *half_sizes(const qw_run_state *run, double share)
 void qw_set_holds(qw_run_state *run)
 {
     const qw_trimesh *mesh = &run->working.mesh;
-    qw_resolution_wish resolution = qw_resolution_of(run);
+    qw_resolution_request resolution = qw_resolution_of(run);
     float *reach = half_sizes(run, qw_working_edges(&resolution));
     for (uint32_t v = 0; v < mesh->vertex_count; v++) reach[v] *= 2 * CORNER_SPAN;
     uint8_t *cut = find_cut(run, mesh);
@@ -286,6 +291,7 @@ void qw_set_holds(qw_run_state *run)
     qw_free(run->env, cut), qw_free(run->env, reach);
 }
 
+/* Wanted sizes, the working mesh at them, which curves it can keep, and its normals. */
 void qw_stage_WORKING(qw_run_state *run)
 {
     qw_require_levels(run);
@@ -298,7 +304,7 @@ void qw_stage_WORKING(qw_run_state *run)
     run->report->faces_asked = (int64_t)faces;
     qw_warn_of_least(run);
     qw_advise_wrap(run);
-    qw_resolution_wish resolution = qw_resolution_of(run);
+    qw_resolution_request resolution = qw_resolution_of(run);
     double share = qw_working_edges(&resolution);
     float *base_target, *size = qw_wanted_size(run, run->rho, &base_target, &run->tips);
     bool has_spots = memcmp(size, base_target, run->surface.vertex_count * sizeof *size) != 0;

@@ -1,10 +1,10 @@
 /* What the search for integers is asked for. */
-#ifndef QW_REMESH_QUANTISE_SEARCH_WISH_H
-#define QW_REMESH_QUANTISE_SEARCH_WISH_H
+#ifndef QW_REMESH_QUANTISE_SEARCH_REQUEST_H
+#define QW_REMESH_QUANTISE_SEARCH_REQUEST_H
 
 #include <stdbool.h>
 
-typedef struct qw_search_wish {
+typedef struct qw_search_request {
     double quads;      /* wanted number of quads of the whole surface */
     double times;      /* as in base/promise.h */
     double size;       /* factor of the real offsets, around which sizes are tried */
@@ -14,6 +14,6 @@ typedef struct qw_search_wish {
     double loops;      /* the option of that name: how much lines are made to meet; 0: not at all */
     double effort;     /* share of the usual effort, up to 1 */
     bool apart;        /* curves that touch are to be parted (touching.h), for which the complexes get signs */
-} qw_search_wish;
+} qw_search_request;
 
 #endif

@@ -1,6 +1,6 @@
 /* Measures how long progress is silent: the longest time between two calls of the host's progress hook, by stage, which
- * is also the longest that a cancel waits. Not built by default: cc -O3 -Iinclude bench/bench_silence.c
- * build/libquadwright.a -lcadical -lstdc++ -lglpk -lm -lpthread -o bench_silence bench_silence MESH [faces]
+ * is also the longest that a cancel waits. Not built by default: cc -O3 -Iinclude bench/bench_heartbeat.c
+ * build/libquadwright.a -lcadical -lstdc++ -lglpk -lm -lpthread -o bench_heartbeat bench_heartbeat MESH [faces]
  */
 #include <quadwright/quadwright.h>
 
@@ -8,10 +8,10 @@
 #include <stdlib.h>
 #include <time.h>
 
-typedef struct silence {
+typedef struct pauses {
     double last, longest[QW_STAGE_COUNT];
     long calls;
-} silence;
+} pauses;
 
 static double now(void)
 {
@@ -22,7 +22,7 @@ static double now(void)
 
 static int hear(void *user, qw_stage stage, double fraction)
 {
-    silence *s = user;
+    pauses *s = user;
     double t = now();
     (void)fraction;
     if (s->calls++ > 0 && t - s->last > s->longest[stage]) s->longest[stage] = t - s->last;
@@ -33,7 +33,7 @@ static int hear(void *user, qw_stage stage, double fraction)
 int main(int argc, char **argv)
 {
     if (argc < 2) {
-        fprintf(stderr, "usage: bench_silence MESH [faces]\n");
+        fprintf(stderr, "usage: bench_heartbeat MESH [faces]\n");
         return 2;
     }
     qw_mesh *mesh;
@@ -42,7 +42,7 @@ int main(int argc, char **argv)
         return 1;
     }
     qw_mesh_view view = qw_mesh_get(mesh);
-    silence s = {0};
+    pauses s = {0};
     qw_host host = {.progress = hear, .progress_user = &s};
     qw_options options;
     qw_options_init(&options);
@@ -54,7 +54,7 @@ int main(int argc, char **argv)
         fprintf(stderr, "%s\n", qw_result_message(result));
         return 1;
     }
-    printf("%u triangles, %ld calls in %.2f s; longest silence in ms:", view.face_count, s.calls, now() - begin);
+    printf("%u triangles, %ld calls in %.2f s; longest pauses in ms:", view.face_count, s.calls, now() - begin);
     for (int stage = 0; stage < QW_STAGE_COUNT; stage++)
         if (s.longest[stage] > 0.001) printf(" %s %.0f", qw_stage_title((qw_stage)stage), 1e3 * s.longest[stage]);
     printf("\n");

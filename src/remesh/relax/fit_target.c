@@ -1,7 +1,7 @@
 /* The sharp edges of a soup are nowhere in its file: they are where its planes cross. So a vertex on a curve moves to
  * the least squares of its distances from the planes that are nearest to points in the quads around it, as in dual
  * contouring (Ju et al. 2002); a small weight of its own place keeps it along the edge. */
-#include "remesh/relax/meant.h"
+#include "remesh/relax/fit_target.h"
 
 #include <assert.h>
 #include <math.h>
@@ -11,7 +11,7 @@ enum { MOST_AROUND = 16 };
 static const float INTO = 0.25f; /* of the way to the middle of a quad: where its plane is looked for */
 static const float OWN = 0.01f;  /* weight of a vertex' own place, over that of a plane */
 
-qw_vec3 qw_meant_place(const qw_meant *m, qw_vec3 place, qw_vec3 up, uint32_t *hint, bool *is_thin)
+qw_vec3 qw_target_place(const qw_fit_target *m, qw_vec3 place, qw_vec3 up, uint32_t *hint, bool *is_thin)
 {
     if (is_thin) *is_thin = false;
     if (!m->tree) return place;
@@ -32,7 +32,7 @@ typedef struct planes {
 
 typedef struct putting {
     const qw_quadmesh *quads;
-    const qw_meant *meant;
+    const qw_fit_target *target;
     const uint32_t *out; /* uint32_t[vertices]: a half-edge that leaves it; QW_NONE: it stays */
     qw_vec3 *to;         /* qw_vec3[vertices] */
 } putting;
@@ -63,7 +63,7 @@ static qw_vec3 solve(planes *s)
         for (int c = i + 1; c < 3; c++) x[i] -= s->square[i][c] * x[c];
         x[i] /= s->square[i][i];
     }
-    return qw_v3((float)x[0], (float)x[1], (float)x[2]);
+    return qw_v3_of_doubles(x);
 }
 
 static qw_vec3 middle_of(const qw_quadmesh *q, uint32_t f)
@@ -73,10 +73,12 @@ static qw_vec3 middle_of(const qw_quadmesh *q, uint32_t f)
                     0.25f);
 }
 
-static qw_vec3 meant_vertex(const putting *t, uint32_t v, uint32_t *hint)
+/* Where the planes of the target around v meet; v itself where one is missing or the place is too far off. */
+static qw_vec3 target_vertex(const putting *t, uint32_t v, uint32_t *hint)
 {
+    assert(v < t->quads->vertex_count);
     const qw_quadmesh *q = t->quads;
-    const qw_meant *m = t->meant;
+    const qw_fit_target *m = t->target;
     planes s = {.count = 0};
     qw_vec3 at = q->position[v];
     uint32_t h = t->out[v];
@@ -86,7 +88,7 @@ static qw_vec3 meant_vertex(const putting *t, uint32_t v, uint32_t *hint)
         qw_hit hit = qw_bvh_nearest(m->tree, inside, up, QW_SAME_SHEET, m->reach, *hint);
         if (hit.face == QW_NONE || s.count == MOST_AROUND) return at;
         *hint = hit.face;
-        add_plane(&s, at, qw_meant_place(m, inside, up, hint, NULL), qw_bvh_normal(m->tree, hit.face));
+        add_plane(&s, at, qw_target_place(m, inside, up, hint, NULL), qw_bvh_normal(m->tree, hit.face));
         h = qw_quad_around(q, h);
     } while (h != t->out[v]);
     qw_vec3 way = solve(&s);
@@ -99,10 +101,10 @@ static void put_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     const putting *t = user;
     uint32_t hint = QW_NONE;
     for (uint32_t v = begin; v < end; v++)
-        t->to[v] = t->out[v] == QW_NONE ? t->quads->position[v] : meant_vertex(t, v, &hint);
+        t->to[v] = t->out[v] == QW_NONE ? t->quads->position[v] : target_vertex(t, v, &hint);
 }
 
-void qw_put_curves_on_meant(qw_env *env, qw_quadmesh *quads, const qw_meant *m)
+void qw_put_curves_on_target(qw_env *env, qw_quadmesh *quads, const qw_fit_target *m)
 {
     const qw_quadmesh *q = quads;
     assert(q->twin && m->tree);

@@ -1,13 +1,13 @@
-/* Attempts to make two lines meet, each from the same layout: they do not depend on one another, so several are made
+/* Tries to make two lines meet, each from the same layout: they do not depend on one another, so several are made
  * side by side, and the first that can be kept is taken, as if they had been made one after the other. */
-#ifndef QW_REMESH_MEETINGS_ATTEMPTS_H
-#define QW_REMESH_MEETINGS_ATTEMPTS_H
+#ifndef QW_REMESH_MEETINGS_TRIES_H
+#define QW_REMESH_MEETINGS_TRIES_H
 
 #include "base/lanes.h"
 #include "remesh/meetings/candidates.h"
 #include "remesh/quantise/closed_curves.h"
 
-/* What decides whether an attempt is kept: the same for all of a search. */
+/* What decides whether a try is kept: the same for all of a search. */
 typedef struct qw_meeting_terms {
     const qw_component *component;
     const qw_int2 *first;                 /* the component's offsets before the search */
@@ -19,7 +19,7 @@ typedef struct qw_meeting_terms {
     double least_area, most_area;         /* quads */
     double least_promised, most_promised; /* quads */
     int32_t longest;                      /* quads: the longest that a line can count */
-    /* Attempts are accepted by an estimate of what they save, not by measuring what they did. */
+    /* Tries are accepted by an estimate of what they save, not by measuring what they did. */
     bool accepts_by_estimate;
     double best_score; /* of what has been found so far */
 } qw_meeting_terms;
@@ -47,18 +47,18 @@ bool qw_measure_lines(const qw_meeting_terms *terms, qw_measured_layout *m, doub
 /* How far an area is beyond the bounds, in quads. */
 double qw_area_beyond(double least, double most, double area);
 
-/* Where attempts are made. */
-typedef struct qw_attempts qw_attempts;
+/* Where tries are made. */
+typedef struct qw_tries qw_tries;
 /* lane_bytes: memory of each lane; there is a lane for each thread, up to four. 0: no lanes. Work for which a lane has
    too little memory is done again in the memory of the run. */
-qw_attempts *qw_attempts_begin(qw_env *env, const qw_meeting_terms *terms, const qw_real2 *real, uint32_t room,
-                               size_t lane_bytes);
-void qw_attempts_end(qw_attempts *a);
+qw_tries *qw_tries_begin(qw_env *env, const qw_meeting_terms *terms, const qw_real2 *real, uint32_t room,
+                         size_t lane_bytes);
+void qw_tries_end(qw_tries *a);
 /* All candidates that are seen so far off, the most promising first. */
-void qw_attempts_find(qw_env *env, qw_attempts *a, const qw_outlook *outlook, qw_candidates *found);
-/* Makes attempts at these candidates, from `now`, until one can be kept, whose layout takes the place of `now`. Returns
+void qw_tries_find(qw_env *env, qw_tries *a, const qw_outlook *outlook, qw_candidates *found);
+/* Makes tries at these candidates, from `now`, until one can be kept, whose layout takes the place of `now`. Returns
    its index, or count. Those before it have their misses_count set. */
-uint32_t qw_attempts_make(qw_env *env, qw_attempts *a, qw_candidate *const *candidate, uint32_t count,
-                          qw_measured_layout *now);
+uint32_t qw_tries_make(qw_env *env, qw_tries *a, qw_candidate *const *candidate, uint32_t count,
+                       qw_measured_layout *now);
 
 #endif

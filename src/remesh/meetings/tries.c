@@ -1,4 +1,4 @@
-#include "remesh/meetings/attempts.h"
+#include "remesh/meetings/tries.h"
 
 #include "base/constants.h"
 #include "base/pool.h"
@@ -99,7 +99,7 @@ static void copy_measured(qw_env *env, const qw_measured_layout *from, qw_measur
     to->lines = from->lines, to->energy = from->energy, to->is_numbered = false;
 }
 
-/* ---- one attempt */
+/* ---- one try */
 
 /* Closes the offsets again where constrained edges have got a part that they may not have. Returns false where that
    cannot be, or costs more than `most`. */
@@ -116,8 +116,8 @@ static bool close_layout(qw_env *env, qw_complex *c, double most)
 /* Makes the two lines of k meet in m, which is as `now` first. It is kept where what is saved is worth the energy that
    it costs: the length that all lines together have lost or, where the search accepts_by_estimate, what these two may
    save. */
-static bool attempt(qw_env *env, const qw_meeting_terms *terms, qw_candidate *k, const qw_measured_layout *now,
-                    qw_measured_layout *m)
+static bool try(qw_env *env, const qw_meeting_terms *terms, qw_candidate *k, const qw_measured_layout *now,
+                qw_measured_layout *m)
 {
     copy_measured(env, now, m);
     qw_complex *c = &m->layout.complex;
@@ -137,17 +137,17 @@ static bool attempt(qw_env *env, const qw_meeting_terms *terms, qw_candidate *k,
 
 /* ---- side by side */
 
-/* A place to make attempts in. */
+/* A place to make tries in. */
 typedef struct worker {
     qw_env *env; /* NULL once its memory has run out */
-    qw_attempts *all;
+    qw_tries *all;
     qw_measured_layout measured;
     qw_candidates found;
     uint32_t part; /* of the work at hand that is done here */
     uint32_t kept; /* index of the candidate that `measured` shows, or the count of all */
 } worker;
 
-struct qw_attempts {
+struct qw_tries {
     const qw_meeting_terms *terms;
     const qw_real2 *real;
     uint32_t room, lane_count;
@@ -168,10 +168,10 @@ static void set_up(void *user)
     b->measured = qw_measured_layout_make(b->env, b->all->terms->component, b->all->real, b->all->room);
 }
 
-qw_attempts *qw_attempts_begin(qw_env *env, const qw_meeting_terms *terms, const qw_real2 *real, uint32_t room,
-                               size_t lane_bytes)
+qw_tries *qw_tries_begin(qw_env *env, const qw_meeting_terms *terms, const qw_real2 *real, uint32_t room,
+                         size_t lane_bytes)
 {
-    qw_attempts *a = QW_NEW_ZERO(env, qw_attempts, 1);
+    qw_tries *a = QW_NEW_ZERO(env, qw_tries, 1);
     uint32_t threads = qw_env_threads(env);
     a->lane_count = threads == 1 || lane_bytes == 0 ? 0 : threads < QW_MOST_LANES ? threads : QW_MOST_LANES;
     a->terms = terms, a->real = real, a->room = room;
@@ -186,10 +186,10 @@ qw_attempts *qw_attempts_begin(qw_env *env, const qw_meeting_terms *terms, const
     return a;
 }
 
-void qw_attempts_end(qw_attempts *a) { qw_lanes_end(a->lane, a->lane_count); }
+void qw_tries_end(qw_tries *a) { qw_lanes_end(a->lane, a->lane_count); }
 
 /* Whether there are lanes, none of which has had too little memory. */
-static bool has_lanes(const qw_attempts *a)
+static bool has_lanes(const qw_tries *a)
 {
     bool all = a->lane_count > 0;
     for (uint32_t i = 0; i < a->lane_count; i++) all &= a->worker[i].env != NULL;
@@ -197,7 +197,7 @@ static bool has_lanes(const qw_attempts *a)
 }
 
 /* Runs a part of the work in each lane; false where it is to be done without them. */
-static bool run_lanes(qw_env *env, qw_attempts *a, qw_task task)
+static bool run_lanes(qw_env *env, qw_tries *a, qw_task task)
 {
     if (!has_lanes(a)) return false;
     qw_parallel(env, a->lane_count, 1, task, a);
@@ -207,7 +207,7 @@ static bool run_lanes(qw_env *env, qw_attempts *a, qw_task task)
 static void find_part(void *user)
 {
     worker *b = user;
-    const qw_attempts *a = b->all;
+    const qw_tries *a = b->all;
     uint64_t halves = 3 * (uint64_t)a->outlook->layout->complex.face_count;
     b->found.count = 0;
     qw_add_candidates(b->env, a->outlook, (uint32_t)(halves * b->part / a->lane_count),
@@ -217,11 +217,11 @@ static void find_part(void *user)
 static void find_in_lane(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)end, (void)block;
-    worker *b = &((qw_attempts *)user)->worker[begin];
+    worker *b = &((qw_tries *)user)->worker[begin];
     if (b->env && qw_protect(b->env, find_part, b) != QW_OK) b->env = NULL;
 }
 
-void qw_attempts_find(qw_env *env, qw_attempts *a, const qw_outlook *outlook, qw_candidates *found)
+void qw_tries_find(qw_env *env, qw_tries *a, const qw_outlook *outlook, qw_candidates *found)
 {
     a->outlook = outlook;
     found->count = 0;
@@ -240,54 +240,54 @@ void qw_attempts_find(qw_env *env, qw_attempts *a, const qw_outlook *outlook, qw
     qw_sort_candidates(found);
 }
 
-/* Attempts one candidate after the other, of those that no other lane has begun with, until one is kept or one before
+/* Tries one candidate after the other, of those that no other lane has begun with, until one is kept or one before
    has been. */
-static void attempt_some(void *user)
+static void try_some(void *user)
 {
     worker *b = user;
-    qw_attempts *a = b->all;
+    qw_tries *a = b->all;
     for (uint32_t i; (i = qw_shared_next(&a->next)) < qw_shared_get(&a->first_kept);) {
-        qw_break_silence(b->env);
-        if (!attempt(b->env, a->terms, a->candidate[i], a->now, &b->measured)) continue;
+        qw_heartbeat(b->env);
+        if (!try(b->env, a->terms, a->candidate[i], a->now, &b->measured)) continue;
         b->kept = i;
         qw_shared_lower(&a->first_kept, i);
         return;
     }
 }
 
-static void attempt_in_lane(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void try_in_lane(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     (void)end, (void)block;
-    worker *b = &((qw_attempts *)user)->worker[begin];
-    if (b->env && qw_protect(b->env, attempt_some, b) != QW_OK) b->env = NULL;
+    worker *b = &((qw_tries *)user)->worker[begin];
+    if (b->env && qw_protect(b->env, try_some, b) != QW_OK) b->env = NULL;
 }
 
-/* All before the first that can be kept are attempted, and some behind it in vain; false where it is to be done
+/* All before the first that can be kept are tried, and some behind it in vain; false where it is to be done
    otherwise. */
-static bool attempt_in_lanes(qw_env *env, qw_attempts *a)
+static bool try_in_lanes(qw_env *env, qw_tries *a)
 {
     for (worker *b = a->worker; b < a->worker + a->lane_count; b++) b->kept = a->count;
     qw_shared_set(&a->next, 0);
-    return run_lanes(env, a, attempt_in_lane);
+    return run_lanes(env, a, try_in_lane);
 }
 
-static void attempt_one_by_one(qw_env *env, qw_attempts *a)
+static void try_one_by_one(qw_env *env, qw_tries *a)
 {
     worker *b = &a->own;
     for (b->kept = 0; b->kept < a->count; b->kept++) {
-        qw_break_silence(env);
-        if (attempt(env, a->terms, a->candidate[b->kept], a->now, &b->measured)) break;
+        qw_heartbeat(env);
+        if (try(env, a->terms, a->candidate[b->kept], a->now, &b->measured)) break;
     }
     qw_shared_set(&a->first_kept, b->kept);
 }
 
-uint32_t qw_attempts_make(qw_env *env, qw_attempts *a, qw_candidate *const *candidate, uint32_t count,
-                          qw_measured_layout *now)
+uint32_t qw_tries_make(qw_env *env, qw_tries *a, qw_candidate *const *candidate, uint32_t count,
+                       qw_measured_layout *now)
 {
     assert(candidate || count == 0);
     a->candidate = candidate, a->count = count, a->now = now;
     qw_shared_set(&a->first_kept, count);
-    if (!attempt_in_lanes(env, a)) attempt_one_by_one(env, a);
+    if (!try_in_lanes(env, a)) try_one_by_one(env, a);
     uint32_t kept = qw_shared_get(&a->first_kept);
     if (kept < count) {
         const worker *b = &a->own;

@@ -1,4 +1,4 @@
-#include "products/wrap/hole_patch.h"
+#include "products/wrap/hole_fill.h"
 
 #include "geometry/trimesh.h"
 
@@ -7,39 +7,39 @@
 #include <string.h>
 
 enum {
-    MOST_EXACT = 100, /* edges of a loop whose smallest patch is found; of longer ones ears are cut */
+    MOST_EXACT = 100, /* edges of a loop whose smallest fill is found; of longer ones ears are cut */
     LEVELS = 24,      /* each halves the longest edges */
     SWEEPS = 30,      /* of smoothing, after each level */
     FLIP_SWEEPS = 4,
     MOST_VERTICES = 1 << 20
 };
-static const float LONG = 1.4f;    /* mean edges of the loop: longer edges of the patch are split */
+static const float LONG = 1.4f;    /* mean edges of the loop: longer edges of the fill are split */
 static const float JOINED = 1e30f; /* area of a triangle that has an edge that the surface has already */
 
-/* ---- the smallest patch */
+/* ---- the smallest fill */
 
-static float triangle_area(const qw_patch_rim *r, uint32_t a, uint32_t b, uint32_t c)
+static float triangle_area(const qw_hole_rim *r, uint32_t a, uint32_t b, uint32_t c)
 {
     return 0.5f * qw_length(qw_cross(qw_sub(r->position[b], r->position[a]), qw_sub(r->position[c], r->position[a])));
 }
 
-static bool beside_each_other(const qw_patch_rim *r, uint32_t a, uint32_t b)
+static bool beside_each_other(const qw_hole_rim *r, uint32_t a, uint32_t b)
 {
     return (a + 1) % r->count == b || (b + 1) % r->count == a;
 }
 
-static bool is_taken(const qw_patch_rim *r, uint32_t a, uint32_t b)
+static bool is_taken(const qw_hole_rim *r, uint32_t a, uint32_t b)
 {
     return !beside_each_other(r, a, b) && r->is_joined(r->user, a, b);
 }
 
-static float cost_of(const qw_patch_rim *r, uint32_t a, uint32_t b, uint32_t c)
+static float cost_of(const qw_hole_rim *r, uint32_t a, uint32_t b, uint32_t c)
 {
     bool taken = is_taken(r, a, b) || is_taken(r, b, c) || is_taken(r, a, c);
     return triangle_area(r, a, b, c) + (taken ? JOINED : 0);
 }
 
-static void add_triangle(qw_env *env, qw_hole_patch *p, uint32_t a, uint32_t b, uint32_t c)
+static void add_triangle(qw_env *env, qw_hole_fill *p, uint32_t a, uint32_t b, uint32_t c)
 {
     size_t n = 3 * (size_t)p->face_count++;
     p->corner = qw_grow(env, p->corner, &p->corner_capacity, n + 3, sizeof *p->corner);
@@ -47,8 +47,8 @@ static void add_triangle(qw_env *env, qw_hole_patch *p, uint32_t a, uint32_t b, 
 }
 
 /* By dynamic programming over the spans of the loop: cost[a n + b] of the polygon a, a + 1 ... b. False where every
- * patch needs an edge that the surface has. */
-static bool smallest_patch(qw_env *env, const qw_patch_rim *r, qw_hole_patch *p)
+ * fill needs an edge that the surface has. */
+static bool smallest_fill(qw_env *env, const qw_hole_rim *r, qw_hole_fill *p)
 {
     uint32_t n = r->count, *apex = QW_NEW_ZERO(env, uint32_t, (size_t)n * n),
              *stack = QW_NEW(env, uint32_t, 2 * (size_t)n);
@@ -78,7 +78,7 @@ static bool smallest_patch(qw_env *env, const qw_patch_rim *r, qw_hole_patch *p)
 }
 
 /* Cuts the ear with the shortest new edge, again and again. False where none is left without an edge of the surface. */
-static bool cut_ears(qw_env *env, const qw_patch_rim *r, qw_hole_patch *p)
+static bool cut_ears(qw_env *env, const qw_hole_rim *r, qw_hole_fill *p)
 {
     uint32_t n = r->count, *left = QW_NEW(env, uint32_t, n);
     for (uint32_t i = 0; i < n; i++) left[i] = i;
@@ -96,14 +96,14 @@ static bool cut_ears(qw_env *env, const qw_patch_rim *r, qw_hole_patch *p)
         add_triangle(env, p, left[(best + n - 1) % n], left[best], left[(best + 1) % n]);
         memmove(left + best, left + best + 1, (n - best - 1) * sizeof *left);
         n--;
-        qw_break_silence(env);
+        qw_heartbeat(env);
     }
     if (found) add_triangle(env, p, left[0], left[1], left[2]);
     qw_free(env, left);
     return found;
 }
 
-static uint32_t add_vertex(qw_env *env, qw_hole_patch *p, qw_vec3 at)
+static uint32_t add_vertex(qw_env *env, qw_hole_fill *p, qw_vec3 at)
 {
     p->position = qw_grow(env, p->position, &p->vertex_capacity, (size_t)p->vertex_count + 1, sizeof *p->position);
     p->position[p->vertex_count] = at;
@@ -111,7 +111,7 @@ static uint32_t add_vertex(qw_env *env, qw_hole_patch *p, qw_vec3 at)
 }
 
 /* A vertex in the middle, joined to all: no edge of it is there already. */
-static void fan(qw_env *env, const qw_patch_rim *r, qw_hole_patch *p)
+static void fan(qw_env *env, const qw_hole_rim *r, qw_hole_fill *p)
 {
     qw_vec3 sum = {0, 0, 0};
     p->face_count = 0;
@@ -122,26 +122,26 @@ static void fan(qw_env *env, const qw_patch_rim *r, qw_hole_patch *p)
 
 /* ---- refinement */
 
-static uint32_t tail(const qw_hole_patch *p, uint32_t h) { return p->corner[h]; }
-static uint32_t head(const qw_hole_patch *p, uint32_t h) { return p->corner[qw_next(h)]; }
-static uint32_t apex(const qw_hole_patch *p, uint32_t h) { return p->corner[qw_prev(h)]; }
-static float length(const qw_hole_patch *p, uint32_t h)
+static uint32_t tail(const qw_hole_fill *p, uint32_t h) { return p->corner[h]; }
+static uint32_t head(const qw_hole_fill *p, uint32_t h) { return p->corner[qw_next(h)]; }
+static uint32_t apex(const qw_hole_fill *p, uint32_t h) { return p->corner[qw_prev(h)]; }
+static float length(const qw_hole_fill *p, uint32_t h)
 {
     return qw_distance(p->position[tail(p, h)], p->position[head(p, h)]);
 }
 
-static void pair(qw_hole_patch *p, uint32_t h, uint32_t t)
+static void pair(qw_hole_fill *p, uint32_t h, uint32_t t)
 {
     p->twin[h] = t;
     if (t != QW_NONE) p->twin[t] = h;
 }
 
-static void set_corners(qw_hole_patch *p, uint32_t f, uint32_t a, uint32_t b, uint32_t c)
+static void set_corners(qw_hole_fill *p, uint32_t f, uint32_t a, uint32_t b, uint32_t c)
 {
     p->corner[f] = a, p->corner[f + 1] = b, p->corner[f + 2] = c;
 }
 
-static void flip(qw_hole_patch *p, uint32_t h)
+static void flip(qw_hole_fill *p, uint32_t h)
 {
     uint32_t t = p->twin[h], a = tail(p, h), b = head(p, h), c = apex(p, h), d = apex(p, t);
     uint32_t bc = p->twin[qw_next(h)], ca = p->twin[qw_prev(h)], ad = p->twin[qw_next(t)], db = p->twin[qw_prev(t)];
@@ -150,7 +150,7 @@ static void flip(qw_hole_patch *p, uint32_t h)
     pair(p, f, ca), pair(p, f + 1, ad), pair(p, g, db), pair(p, g + 1, bc), pair(p, f + 2, g + 2);
 }
 
-static uint32_t new_face(qw_env *env, qw_hole_patch *p)
+static uint32_t new_face(qw_env *env, qw_hole_fill *p)
 {
     uint32_t f = 3 * p->face_count;
     add_triangle(env, p, 0, 0, 0);
@@ -159,7 +159,7 @@ static uint32_t new_face(qw_env *env, qw_hole_patch *p)
 }
 
 /* At its middle; an edge of the loop is not split. */
-static void split(qw_env *env, qw_hole_patch *p, uint32_t h)
+static void split(qw_env *env, qw_hole_fill *p, uint32_t h)
 {
     uint32_t t = p->twin[h], a = tail(p, h), b = head(p, h), c = apex(p, h), d = apex(p, t);
     uint32_t bc = p->twin[qw_next(h)], ca = p->twin[qw_prev(h)], ad = p->twin[qw_next(t)], db = p->twin[qw_prev(t)];
@@ -171,7 +171,7 @@ static void split(qw_env *env, qw_hole_patch *p, uint32_t h)
 }
 
 /* The cosine of the angle at c of the triangle abc. */
-static float cosine_at(const qw_hole_patch *p, uint32_t a, uint32_t b, uint32_t c)
+static float cosine_at(const qw_hole_fill *p, uint32_t a, uint32_t b, uint32_t c)
 {
     qw_vec3 u = qw_normalize(qw_sub(p->position[a], p->position[c])),
             v = qw_normalize(qw_sub(p->position[b], p->position[c]));
@@ -179,8 +179,8 @@ static float cosine_at(const qw_hole_patch *p, uint32_t a, uint32_t b, uint32_t 
 }
 
 /* Whether the angles across an edge are more than two right ones in all, and the other diagonal joins no two vertices
- * of the loop, which the surface may join already, nor two that are joined in the patch. */
-static bool wants_flip(const qw_hole_patch *p, uint32_t h, uint32_t rim)
+ * of the loop, which the surface may join already, nor two that are joined in the fill. */
+static bool wants_flip(const qw_hole_fill *p, uint32_t h, uint32_t rim)
 {
     uint32_t t = p->twin[h];
     if (t == QW_NONE || h > t) return false;
@@ -197,7 +197,7 @@ static bool wants_flip(const qw_hole_patch *p, uint32_t h, uint32_t rim)
     return true;
 }
 
-static void flip_all(qw_hole_patch *p, uint32_t rim)
+static void flip_all(qw_hole_fill *p, uint32_t rim)
 {
     for (int sweep = 0; sweep < FLIP_SWEEPS; sweep++)
         for (uint32_t h = 0; h < 3 * p->face_count; h++)
@@ -206,9 +206,9 @@ static void flip_all(qw_hole_patch *p, uint32_t rim)
 
 /* ---- smoothing */
 
-/* The mean of the neighbours of each vertex less its own value, of values at the patch and constant ones beside the
+/* The mean of the neighbours of each vertex less its own value, of values at the fill and constant ones beside the
  * loop. */
-static void umbrella(const qw_hole_patch *p, const qw_patch_rim *r, const qw_vec3 *value, bool with_beside, qw_vec3 *to,
+static void umbrella(const qw_hole_fill *p, const qw_hole_rim *r, const qw_vec3 *value, bool with_beside, qw_vec3 *to,
                      uint32_t *degree)
 {
     memset(to, 0, p->vertex_count * sizeof *to), memset(degree, 0, p->vertex_count * sizeof *degree);
@@ -223,8 +223,8 @@ static void umbrella(const qw_hole_patch *p, const qw_patch_rim *r, const qw_vec
     }
 }
 
-/* Steps towards a patch whose second differences vanish and that goes on at the loop as the surface does. */
-static void smooth(qw_env *env, qw_hole_patch *p, const qw_patch_rim *r)
+/* Steps towards a fill whose second differences vanish and that goes on at the loop as the surface does. */
+static void smooth(qw_env *env, qw_hole_fill *p, const qw_hole_rim *r)
 {
     qw_vec3 *first = QW_NEW(env, qw_vec3, p->vertex_count), *second = QW_NEW(env, qw_vec3, p->vertex_count);
     uint32_t *degree = QW_NEW(env, uint32_t, p->vertex_count);
@@ -235,19 +235,19 @@ static void smooth(qw_env *env, qw_hole_patch *p, const qw_patch_rim *r)
             float scale = 1.0f + 1.0f / (float)degree[v];
             p->position[v] = qw_madd(p->position[v], -0.5f / scale, second[v]);
         }
-        qw_break_silence(env);
+        qw_heartbeat(env);
     }
     qw_free(env, first), qw_free(env, second), qw_free(env, degree);
 }
 
-static void link(qw_env *env, qw_hole_patch *p)
+static void link(qw_env *env, qw_hole_fill *p)
 {
     qw_trimesh mesh = {.vertex_count = p->vertex_count, .face_count = p->face_count, .corner = p->corner};
     qw_trimesh_link(env, &mesh);
     p->twin = mesh.twin, p->twin_capacity = 3 * (size_t)p->face_count;
 }
 
-static double area_of(const qw_hole_patch *p)
+static double area_of(const qw_hole_fill *p)
 {
     double sum = 0;
     for (uint32_t f = 0; f < p->face_count; f++)
@@ -255,16 +255,16 @@ static double area_of(const qw_hole_patch *p)
     return sum;
 }
 
-qw_hole_patch qw_patch_hole(qw_env *env, const qw_patch_rim *rim)
+qw_hole_fill qw_make_hole_fill(qw_env *env, const qw_hole_rim *rim)
 {
     assert(rim->count >= 3);
-    qw_hole_patch p = {0};
+    qw_hole_fill p = {0};
     float mean = 0;
     for (uint32_t i = 0; i < rim->count; i++) {
         add_vertex(env, &p, rim->position[i]);
         mean += qw_distance(rim->position[i], rim->position[(i + 1) % rim->count]) / (float)rim->count;
     }
-    bool found = rim->count <= MOST_EXACT ? smallest_patch(env, rim, &p) : cut_ears(env, rim, &p);
+    bool found = rim->count <= MOST_EXACT ? smallest_fill(env, rim, &p) : cut_ears(env, rim, &p);
     if (!found) fan(env, rim, &p);
     link(env, &p);
     p.area = area_of(&p);

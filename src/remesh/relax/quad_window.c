@@ -1,4 +1,4 @@
-#include "remesh/relax/quad_patch.h"
+#include "remesh/relax/quad_window.h"
 
 #include <assert.h>
 #include <math.h>
@@ -33,23 +33,23 @@ static bool is_inside(const qw_repair_site *s, uint32_t v)
     return true;
 }
 
-static void add_vertex(qw_repair_site *s, qw_patch *p, uint32_t v)
+static void add_vertex(qw_repair_site *s, qw_window *p, uint32_t v)
 {
-    assert(v < s->e.mesh.vertex_count && p->quads.vertex_count <= QW_PATCH_VERTICES);
+    assert(v < s->e.mesh.vertex_count && p->quads.vertex_count <= QW_WINDOW_VERTICES);
     if (s->vertex_in[v] == s->round) return;
     s->vertex_in[v] = s->round, s->number[v] = p->quads.vertex_count;
     p->vertex[p->quads.vertex_count++] = v;
 }
 
 /* The quads at v and their vertices; false where there is no room. */
-static bool add_around(qw_repair_site *s, qw_patch *p, uint32_t v)
+static bool add_around(qw_repair_site *s, qw_window *p, uint32_t v)
 {
-    assert(v < s->e.mesh.vertex_count && p->quads.face_count <= QW_PATCH_FACES);
+    assert(v < s->e.mesh.vertex_count && p->quads.face_count <= QW_WINDOW_FACES);
     uint32_t first = s->e.out[v], h = first;
     do {
         uint32_t f = h / 4;
         if (s->face_in[f] != s->round) {
-            if (p->quads.face_count == QW_PATCH_FACES) return false;
+            if (p->quads.face_count == QW_WINDOW_FACES) return false;
             s->face_in[f] = s->round, s->face_number[f] = p->quads.face_count;
             p->face[p->quads.face_count++] = f;
             for (uint32_t i = 0; i < 4; i++) add_vertex(s, p, s->e.mesh.corner[4 * f + i]);
@@ -59,7 +59,7 @@ static bool add_around(qw_repair_site *s, qw_patch *p, uint32_t v)
     return true;
 }
 
-static void index_patch(qw_patch *p)
+static void index_window(qw_window *p)
 {
     uint32_t n = p->quads.vertex_count, sides = 4 * p->quads.face_count;
     memset(p->begin, 0, (n + 2) * sizeof *p->begin);
@@ -73,12 +73,12 @@ static qw_role role_of(const qw_repair_site *s, uint32_t v, qw_freedom freedom)
     bool bound = s->curves.edge && s->curves.edge[v] != QW_NONE, on_curve = bound || s->e.mesh.kind[v];
     if (!is_inside(s, v)) return QW_ROLE_FIXED;
     if (!on_curve) return QW_ROLE_FREE;
-    if (freedom == QW_OFF_CURVES) return QW_ROLE_STRAY;
+    if (freedom == QW_OFF_CURVES) return QW_ROLE_NEAR_CURVE;
     if (bound) return QW_ROLE_BOUND;
     return freedom == QW_CORNERS_SLIDE && s->all_curves ? QW_ROLE_CORNER : QW_ROLE_FIXED;
 }
 
-static void copy_vertex(const qw_repair_site *s, qw_patch *p, uint32_t i, qw_freedom freedom)
+static void copy_vertex(const qw_repair_site *s, qw_window *p, uint32_t i, qw_freedom freedom)
 {
     assert(i < p->quads.vertex_count);
     uint32_t v = p->vertex[i];
@@ -89,11 +89,11 @@ static void copy_vertex(const qw_repair_site *s, qw_patch *p, uint32_t i, qw_fre
     if (p->role[i] != QW_ROLE_FIXED) p->moving[p->moving_count++] = i;
 }
 
-void qw_patch_take(qw_repair_site *s, qw_patch *p, const uint32_t *seeds, uint32_t seed_count, uint32_t rings,
-                   qw_freedom freedom)
+void qw_window_take(qw_repair_site *s, qw_window *p, const uint32_t *seeds, uint32_t seed_count, uint32_t rings,
+                    qw_freedom freedom)
 {
     const qw_quadmesh *q = &s->e.mesh;
-    assert(seed_count <= QW_PATCH_SEEDS);
+    assert(seed_count <= QW_WINDOW_SEEDS);
     s->round++;
     p->quads =
         (qw_quadmesh){.position = p->position, .corner = p->corner, .twin = p->twin, .kind = p->kind, .mark = p->mark};
@@ -108,33 +108,33 @@ void qw_patch_take(qw_repair_site *s, qw_patch *p, const uint32_t *seeds, uint32
         p->corner[h] = s->number[q->corner[at]], p->mark[h] = q->mark[at];
         p->twin[h] = t != QW_NONE && s->face_in[t / 4] == s->round ? 4 * s->face_number[t / 4] + t % 4 : QW_NONE;
     }
-    index_patch(p);
-    qw_patch_save(p);
+    index_window(p);
+    qw_window_save(p);
 }
 
 /* ---- saving */
 
-void qw_patch_save(qw_patch *p)
+void qw_window_save(qw_window *p)
 {
-    assert(p->quads.face_count <= QW_PATCH_FACES && p->quads.vertex_count <= QW_PATCH_VERTICES);
+    assert(p->quads.face_count <= QW_WINDOW_FACES && p->quads.vertex_count <= QW_WINDOW_VERTICES);
     uint32_t n = p->quads.vertex_count;
     memcpy(p->saved_position, p->position, n * sizeof *p->position);
     memcpy(p->saved_ground, p->ground, n * sizeof *p->ground);
     memcpy(p->saved_edge, p->edge, n * sizeof *p->edge);
 }
 
-void qw_patch_restore(qw_patch *p)
+void qw_window_restore(qw_window *p)
 {
-    assert(p->quads.face_count <= QW_PATCH_FACES && p->quads.vertex_count <= QW_PATCH_VERTICES);
+    assert(p->quads.face_count <= QW_WINDOW_FACES && p->quads.vertex_count <= QW_WINDOW_VERTICES);
     uint32_t n = p->quads.vertex_count;
     memcpy(p->position, p->saved_position, n * sizeof *p->position);
     memcpy(p->ground, p->saved_ground, n * sizeof *p->ground);
     memcpy(p->edge, p->saved_edge, n * sizeof *p->edge);
 }
 
-void qw_patch_put(qw_repair_site *s, const qw_patch *p)
+void qw_window_put(qw_repair_site *s, const qw_window *p)
 {
-    assert(p->quads.vertex_count <= QW_PATCH_VERTICES);
+    assert(p->quads.vertex_count <= QW_WINDOW_VERTICES);
     for (uint32_t k = 0; k < p->moving_count; k++) {
         uint32_t i = p->moving[k], v = p->vertex[i];
         qw_quad_edit_place(&s->e, v, p->position[i]);
@@ -210,7 +210,7 @@ qw_faults qw_faults_of_quad(const qw_flip_judge *judge, const qw_vec3 *position,
     return faults;
 }
 
-qw_faults qw_patch_faults_of(qw_repair_site *s, const qw_patch *p, uint32_t f)
+qw_faults qw_window_faults_of(qw_repair_site *s, const qw_window *p, uint32_t f)
 {
     assert(f < p->quads.face_count);
     const uint32_t *c = p->corner + 4 * (size_t)f;
@@ -229,10 +229,10 @@ static float distance_to_surface(const qw_repair_site *s, uint32_t component, qw
 }
 
 /* The largest distance from the surface of the middles of quads and of their sides. */
-static float find_farthest(const qw_repair_site *s, const qw_patch *p)
+static float find_farthest(const qw_repair_site *s, const qw_window *p)
 {
     float most = 0;
-    uint32_t part = qw_patch_component(s, p);
+    uint32_t part = qw_window_component(s, p);
     for (uint32_t h = 0; h < 4 * p->quads.face_count; h++) {
         qw_vec3 a = p->position[p->corner[h]], b = p->position[p->corner[qw_quad_next(h)]];
         if (h % 4 == 0) most = fmaxf(most, distance_to_surface(s, part, qw_quad_middle(p->position, p->corner + h)));
@@ -241,20 +241,20 @@ static float find_farthest(const qw_repair_site *s, const qw_patch *p)
     return most;
 }
 
-static float find_area(const qw_patch *p)
+static float find_area(const qw_window *p)
 {
     float sum = 0;
     for (uint32_t f = 0; f < p->quads.face_count; f++) sum += qw_length(qw_quad_cross(p->position, p->corner + 4 * f));
     return sum;
 }
 
-/* Whether the patch has kept its shape, compared with what was saved first (which is still so when this is first
+/* Whether the window has kept its shape, compared with what was saved first (which is still so when this is first
    asked). */
-static bool keeps_shape(const qw_repair_site *s, qw_patch *p)
+static bool keeps_shape(const qw_repair_site *s, qw_window *p)
 {
     float area = find_area(p), far = find_farthest(s, p);
     if (p->farthest < 0) {
-        qw_vec3 now[QW_PATCH_VERTICES];
+        qw_vec3 now[QW_WINDOW_VERTICES];
         size_t size = p->quads.vertex_count * sizeof *now;
         memcpy(now, p->position, size), memcpy(p->position, p->saved_position, size);
         p->farthest = fmaxf(FARTHEST * s->edge, find_farthest(s, p)), p->area = find_area(p);
@@ -263,12 +263,12 @@ static bool keeps_shape(const qw_repair_site *s, qw_patch *p)
     return far <= p->farthest && area >= p->least_area * p->area;
 }
 
-/* The faults of the patch as it is. As soon as those found so far are no fewer than `most` they are returned, as the
-   patch is no better then. What is cheap to see is looked at first. */
-static qw_faults faults_at_most(qw_repair_site *s, const qw_patch *p, qw_faults most)
+/* The faults of the window as it is. As soon as those found so far are no fewer than `most` they are returned, as the
+   window is no better then. What is cheap to see is looked at first. */
+static qw_faults faults_at_most(qw_repair_site *s, const qw_window *p, qw_faults most)
 {
     qw_faults sum = {0, 0, 0};
-    uint32_t list[QW_PATCH_FACES], count = 0;
+    uint32_t list[QW_WINDOW_FACES], count = 0;
     for (uint32_t f = 0; f < p->quads.face_count; f++) {
         const uint32_t *c = p->corner + 4 * (size_t)f;
         qw_faults form = faults_of_form(p->position, c);
@@ -287,12 +287,12 @@ static qw_faults faults_at_most(qw_repair_site *s, const qw_patch *p, qw_faults 
     return sum;
 }
 
-bool qw_patch_keep_better(qw_repair_site *s, qw_patch *p)
+bool qw_window_keep_better(qw_repair_site *s, qw_window *p)
 {
-    assert(s->tree && p->quads.face_count <= QW_PATCH_FACES);
+    assert(s->tree && p->quads.face_count <= QW_WINDOW_FACES);
     qw_faults now = faults_at_most(s, p, p->faults);
     if (!qw_fewer_faults(now, p->faults) || !keeps_shape(s, p)) return false;
     p->faults = now;
-    qw_patch_save(p);
+    qw_window_save(p);
     return true;
 }

@@ -1,14 +1,14 @@
 /* The quads around a place, taken out as a small mesh of their own: grown by rings, tried, scored against what they
- * were and put back, or dropped. All repairs of flipped quads work on patches, and none writes to the mesh otherwise.
+ * were and put back, or dropped. All repairs of flipped quads work on windows, and none writes to the mesh otherwise.
  */
-#ifndef QW_REMESH_RELAX_QUAD_PATCH_H
-#define QW_REMESH_RELAX_QUAD_PATCH_H
+#ifndef QW_REMESH_RELAX_QUAD_WINDOW_H
+#define QW_REMESH_RELAX_QUAD_WINDOW_H
 
 #include "geometry/flips.h"
 #include "geometry/quad_edit.h"
 #include "remesh/relax/relax_curves.h"
 
-enum { QW_PATCH_FACES = 256, QW_PATCH_SEEDS = 10, QW_PATCH_VERTICES = 4 * QW_PATCH_FACES + QW_PATCH_SEEDS };
+enum { QW_WINDOW_FACES = 256, QW_WINDOW_SEEDS = 10, QW_WINDOW_VERTICES = 4 * QW_WINDOW_FACES + QW_WINDOW_SEEDS };
 
 /* What is wrong with quads: how many are flipped, how many may be (geometry/flips.h), how many corners are inverted. */
 typedef struct qw_faults {
@@ -45,7 +45,7 @@ typedef struct qw_repair_site {
     const qw_vec3 *home;             /* qw_vec3[vertices]: where they were at first */
     qw_vec3 *ground; /* qw_vec3[vertices]: normal of the surface where a vertex lies, 0 where that is unknown */
     uint64_t budget; /* steps left: a vertex that searches, or a quad that is judged */
-    uint32_t *vertex_in, *face_in, round; /* [vertices], [faces]: the last patch that each was in */
+    uint32_t *vertex_in, *face_in, round; /* [vertices], [faces]: the last window that each was in */
     uint32_t *number, *face_number;       /* and its number there */
 } qw_repair_site;
 
@@ -55,48 +55,48 @@ void qw_spend(qw_repair_site *site, uint64_t steps, uint64_t looked);
 /* How far vertices may go: along their own curves; corners too, along any curve; or off their curves, all of them. */
 typedef enum qw_freedom { QW_ON_CURVES, QW_CORNERS_SLIDE, QW_OFF_CURVES } qw_freedom;
 
-/* FIXED: stays. BOUND: slides on its own curve. CORNER: slides on any. STRAY: over the surface, near its curve. */
-typedef enum qw_role { QW_ROLE_FIXED, QW_ROLE_FREE, QW_ROLE_BOUND, QW_ROLE_CORNER, QW_ROLE_STRAY } qw_role;
+/* FIXED: stays. BOUND: slides on its own curve. CORNER: slides on any. NEAR_CURVE: over the surface, near its curve. */
+typedef enum qw_role { QW_ROLE_FIXED, QW_ROLE_FREE, QW_ROLE_BOUND, QW_ROLE_CORNER, QW_ROLE_NEAR_CURVE } qw_role;
 
-typedef struct qw_patch {
-    qw_quadmesh quads;                                                 /* linked, in numbers of its own */
-    uint32_t face[QW_PATCH_FACES], vertex[QW_PATCH_VERTICES];          /* numbers in the mesh */
-    uint32_t begin[QW_PATCH_VERTICES + 2], around[4 * QW_PATCH_FACES]; /* half-edges that leave each vertex */
-    uint32_t corner[4 * QW_PATCH_FACES], twin[4 * QW_PATCH_FACES];
-    uint8_t kind[QW_PATCH_VERTICES], mark[4 * QW_PATCH_FACES], role[QW_PATCH_VERTICES];
-    qw_vec3 position[QW_PATCH_VERTICES], ground[QW_PATCH_VERTICES], home[QW_PATCH_VERTICES];
-    uint32_t edge[QW_PATCH_VERTICES];                 /* half-edge of the surface that a BOUND vertex lies on */
-    uint32_t moving[QW_PATCH_VERTICES], moving_count; /* those that are not fixed */
+typedef struct qw_window {
+    qw_quadmesh quads;                                                   /* linked, in numbers of its own */
+    uint32_t face[QW_WINDOW_FACES], vertex[QW_WINDOW_VERTICES];          /* numbers in the mesh */
+    uint32_t begin[QW_WINDOW_VERTICES + 2], around[4 * QW_WINDOW_FACES]; /* half-edges that leave each vertex */
+    uint32_t corner[4 * QW_WINDOW_FACES], twin[4 * QW_WINDOW_FACES];
+    uint8_t kind[QW_WINDOW_VERTICES], mark[4 * QW_WINDOW_FACES], role[QW_WINDOW_VERTICES];
+    qw_vec3 position[QW_WINDOW_VERTICES], ground[QW_WINDOW_VERTICES], home[QW_WINDOW_VERTICES];
+    uint32_t edge[QW_WINDOW_VERTICES];                 /* half-edge of the surface that a BOUND vertex lies on */
+    uint32_t moving[QW_WINDOW_VERTICES], moving_count; /* those that are not fixed */
     qw_freedom freedom;
     qw_faults faults;     /* of the best so far, which is saved */
     float farthest, area; /* of the first; farthest < 0: not known yet */
     float least_area;     /* share of the first's area that must be left */
-    qw_vec3 saved_position[QW_PATCH_VERTICES], saved_ground[QW_PATCH_VERTICES];
-    uint32_t saved_edge[QW_PATCH_VERTICES];
-    qw_vec3 up[QW_PATCH_FACES], foot[QW_PATCH_FACES]; /* scratch of the search: the surface at each quad's middle */
-    uint8_t awake[QW_PATCH_VERTICES];
-} qw_patch;
+    qw_vec3 saved_position[QW_WINDOW_VERTICES], saved_ground[QW_WINDOW_VERTICES];
+    uint32_t saved_edge[QW_WINDOW_VERTICES];
+    qw_vec3 up[QW_WINDOW_FACES], foot[QW_WINDOW_FACES]; /* scratch of the search: the surface at each quad's middle */
+    uint8_t awake[QW_WINDOW_VERTICES];
+} qw_window;
 
 /* Takes the quads in so many rings around the vertices, fewer where there is no room. Those inside may move. */
-void qw_patch_take(qw_repair_site *site, qw_patch *patch, const uint32_t *seeds, uint32_t seed_count, uint32_t rings,
-                   qw_freedom freedom);
+void qw_window_take(qw_repair_site *site, qw_window *window, const uint32_t *seeds, uint32_t seed_count, uint32_t rings,
+                    qw_freedom freedom);
 
-/* The component of the surface that all of the patch is of; QW_NONE: that is not known. */
-static inline uint32_t qw_patch_component(const qw_repair_site *site, const qw_patch *patch)
+/* The component of the surface that all of the window is of; QW_NONE: that is not known. */
+static inline uint32_t qw_window_component(const qw_repair_site *site, const qw_window *window)
 {
-    return site->e.mesh.component ? site->e.mesh.component[patch->vertex[0]] : QW_NONE;
+    return site->e.mesh.component ? site->e.mesh.component[window->vertex[0]] : QW_NONE;
 }
 
-/* What is wrong with the patch, or with one of its quads, as it is now. */
-qw_faults qw_patch_faults_of(qw_repair_site *site, const qw_patch *patch, uint32_t f);
+/* What is wrong with the window, or with one of its quads, as it is now. */
+qw_faults qw_window_faults_of(qw_repair_site *site, const qw_window *window, uint32_t f);
 
-/* Whether the patch has fewer faults than what is saved and has kept its shape: then it is what is saved. */
-bool qw_patch_keep_better(qw_repair_site *site, qw_patch *patch);
-void qw_patch_save(qw_patch *patch);
-void qw_patch_restore(qw_patch *patch);
+/* Whether the window has fewer faults than what is saved and has kept its shape: then it is what is saved. */
+bool qw_window_keep_better(qw_repair_site *site, qw_window *window);
+void qw_window_save(qw_window *window);
+void qw_window_restore(qw_window *window);
 
 /* Into the mesh. */
-void qw_patch_put(qw_repair_site *site, const qw_patch *patch);
+void qw_window_put(qw_repair_site *site, const qw_window *window);
 
 /* ---- one quad, given by its four corners */
 
@@ -118,10 +118,10 @@ typedef enum qw_placing {
     QW_SEARCH_BOTH      /* the search, and where quads are still flipped the other one */
 } qw_placing;
 
-/* Saves the best that is found; the patch is left as saved. patch->faults: of the patch as it is. */
-void qw_patch_place(qw_repair_site *site, qw_patch *patch, qw_placing placing);
+/* Saves the best that is found; the window is left as saved. window->faults: of the window as it is. */
+void qw_window_place(qw_repair_site *site, qw_window *window, qw_placing placing);
 
 /* Vertices that left their curve, or corners their place, go back or half the way where that is no worse; saved. */
-void qw_patch_put_on_curves(qw_repair_site *site, qw_patch *patch);
+void qw_window_put_on_curves(qw_repair_site *site, qw_window *window);
 
 #endif
