@@ -105,7 +105,7 @@ qw_stage qw_env_stage(const qw_env *env);
 void qw_log(qw_env *env, qw_log_level level, const char *format, ...) __attribute__((format(printf, 3, 4)));
 
 /* Items of a block: light ones are a few additions each, heavy ones a look in a tree, say, searches thousands of steps.
- */
+ * As many pass between two calls of qw_heartbeat, too. */
 enum { QW_GRAIN_LIGHT = 4096, QW_GRAIN = 1024, QW_GRAIN_HEAVY = 256, QW_GRAIN_SEARCH = 64 };
 
 /* Splits 0..count-1 into blocks of `grain` (the last may be shorter) and runs task(user, block, begin, end) for each,

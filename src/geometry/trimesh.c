@@ -7,8 +7,6 @@
 #include <assert.h>
 #include <string.h>
 
-enum { FACE_GRAIN = 16384 };
-
 void qw_trimesh_link(qw_env *env, qw_trimesh *mesh)
 {
     assert(mesh->corner && mesh->face_count < QW_NONE / 3);
@@ -210,7 +208,7 @@ qw_vec3 *qw_face_normals(qw_env *env, const qw_trimesh *mesh)
 {
     assert(mesh->position && mesh->corner);
     normal_job job = {.mesh = mesh, .normal = QW_NEW(env, qw_vec3, mesh->face_count)};
-    qw_parallel(env, mesh->face_count, FACE_GRAIN, face_normal_block, &job);
+    qw_parallel(env, mesh->face_count, QW_GRAIN_LIGHT, face_normal_block, &job);
     return job.normal;
 }
 

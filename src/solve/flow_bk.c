@@ -13,8 +13,6 @@
 
 enum side { SOURCE, SINK };
 
-enum { STEPS_A_HEARTBEAT = 4096 };
-
 typedef struct trees {
     qw_residual g;
     uint8_t *side;   /* enum side[node_count], of a node that is in a tree */
@@ -195,7 +193,7 @@ qw_flow_result qw_flow_boykov_kolmogorov(qw_env *env, const qw_flow_problem *pro
     qw_scope_begin(env);
     trees_begin(&t, env, problem, flow);
     for (uint32_t step = 0; t.length > 0; step++) { /* a step takes a node from the queue or lessens the flow wanted */
-        if (step % STEPS_A_HEARTBEAT == 0) qw_heartbeat(env);
+        if (step % QW_GRAIN_LIGHT == 0) qw_heartbeat(env);
         uint32_t v = t.queue[t.begin];
         uint32_t bridge = t.g.node[v].depth > 0 ? grow(&t, v) : QW_NONE;
         if (bridge == QW_NONE) {

@@ -24,9 +24,6 @@
 #include <assert.h>
 #include <string.h>
 
-/* The host is heard after so many. */
-enum { STEPS_A_HEARTBEAT = 512 };
-
 typedef struct forest {
     qw_residual g;
     qw_queue queue;    /* of free nodes next to the forest; last is the time, parent the half that is to become tight */
@@ -205,7 +202,7 @@ qw_flow_result qw_flow_min_cost_near(qw_env *env, const qw_flow_problem *problem
     flow_of(problem, potential, flow);
     forest_begin(&f, env, problem, flow, potential);
     for (uint32_t step = 0; f.left > 0 && f.lacking > 0; step++) {
-        if (step % STEPS_A_HEARTBEAT == 0) qw_heartbeat(env);
+        if (step % QW_GRAIN_HEAVY == 0) qw_heartbeat(env);
         uint32_t v = qw_queue_take(&f.queue);
         if (v == QW_NONE || f.queue.last > farthest) break;
         if (!is_reached(&f, v)) {

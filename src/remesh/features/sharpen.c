@@ -50,7 +50,7 @@ static const float MOST_MOVED = 1.5f, MOST_LINE_MOVED = 4, MOST_CORNER_MOVED = 6
  * two walls: 0.02 of all where an edge of 34 degrees was sampled, up to 0.006 in other parts, 0.015 to 0.16 in folds.
  * With more than the last share of them a component is left as it is. */
 static const double MOST_OFF_SIDE = 0.65, MOST_HALF_BAND = 1.2, MOST_OFF = 0.025;
-enum { RINGS = 3, SMOOTHING_ROUNDS = 8, FIT_GRAIN = 64 };
+enum { RINGS = 3, SMOOTHING_ROUNDS = 8 };
 
 typedef struct sharpener {
     qw_env *env;
@@ -368,7 +368,7 @@ static void find_fits(sharpener *s)
     s->fit = QW_NEW(s->env, qw_side_fit, s->fits);
     s->position = QW_NEW(s->env, qw_vec3, n);
     memcpy(s->position, s->mesh->position, n * sizeof *s->position);
-    qw_parallel(s->env, s->fits, FIT_GRAIN, fit_sides, s);
+    qw_parallel(s->env, s->fits, QW_GRAIN_SEARCH, fit_sides, s);
     trim_creases(s);
     s->ring = rings_around(s, s->rings);
 }
@@ -446,7 +446,7 @@ static void restore_sides(sharpener *s)
 {
     drop_blunt(s);
     s->ring = rings_around(s, s->rings);
-    qw_parallel(s->env, s->fits, FIT_GRAIN, move_vertices, s);
+    qw_parallel(s->env, s->fits, QW_GRAIN_SEARCH, move_vertices, s);
 }
 
 /* ---- the new surface */

@@ -110,8 +110,6 @@ static bool improve_vertex(qw_offset_mesh *m, const qw_star *star)
     return true;
 }
 
-enum { STEPS_A_HEARTBEAT = 256 };
-
 void qw_remove_inversions_greedy(qw_env *env, qw_offset_mesh *m, qw_inversion_counts *counts)
 {
     assert(m->d && m->twin && counts);
@@ -125,7 +123,7 @@ void qw_remove_inversions_greedy(qw_env *env, qw_offset_mesh *m, qw_inversion_co
     counts->inverted_before = waiting;
     for (uint32_t step = 0; waiting > 0; step++) { /* a face is tried again only after the inverted area has fallen */
         uint32_t f = queue[head];
-        if (step % STEPS_A_HEARTBEAT == 0) qw_heartbeat(env);
+        if (step % QW_GRAIN_HEAVY == 0) qw_heartbeat(env);
         head = head + 1 == m->face_count ? 0 : head + 1;
         waiting--;
         queued[f] = 0;

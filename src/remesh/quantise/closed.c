@@ -8,7 +8,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { MAX_ITERATIONS = 60, GRAIN = 2048 };
+enum { MAX_ITERATIONS = 60 };
 /* Relative residual. The gaps that it leaves are far below what rounding changes: 24 meshes came out no worse at
    1e-2 than at 1e-3. */
 static const double TOLERANCE = 5e-3;
@@ -220,26 +220,26 @@ typedef struct closing {
 static void solve(qw_env *env, closing *s, qw_closed_counts *counts)
 {
     const qw_offset_mesh *m = s->r.m;
-    qw_parallel(env, m->face_count, GRAIN, fill_right, &s->r);
+    qw_parallel(env, m->face_count, QW_GRAIN, fill_right, &s->r);
     qw_cg_result result = qw_multigrid_solve_with(env, s->grids, s->r.right, s->multiplier, TOLERANCE, MAX_ITERATIONS);
     counts->iterations += result.iterations;
     counts->residual = result.residual;
     correction c = {m, s->r.own, s->r.stiffness, s->multiplier, s->closed};
-    qw_parallel(env, m->edge_count, GRAIN, correct_edges, &c);
+    qw_parallel(env, m->edge_count, QW_GRAIN, correct_edges, &c);
 }
 
 /* Lets the wanted lengths give way to what closing stretches, and solves again, a few times. give: share of the
  * stretch that is taken over. */
 static void let_sizes_give(qw_env *env, qw_offset_mesh *m, closing *s, float give, qw_closed_counts *counts)
 {
-    qw_parallel(env, m->face_count, GRAIN, fill_rows, &s->r); /* some edges were made stiffer after the last solve */
+    qw_parallel(env, m->face_count, QW_GRAIN, fill_rows, &s->r); /* some edges were made stiffer after the last solve */
     qw_multigrid_refresh(env, s->grids);
     giving g = {.m = m, .own = s->r.own, .closed = s->closed, .wanted = m->real, .give = give};
     g.stretch = QW_NEW(env, qw_real2, m->face_count);
     for (int i = 0; i < GIVES; i++) {
         g.is_first = i == 0;
-        qw_parallel(env, m->face_count, GRAIN, stretch_block, &g);
-        qw_parallel(env, m->edge_count, GRAIN, give_block, &g);
+        qw_parallel(env, m->face_count, QW_GRAIN, stretch_block, &g);
+        qw_parallel(env, m->edge_count, QW_GRAIN, give_block, &g);
         solve(env, s, counts);
     }
 }
@@ -274,7 +274,7 @@ qw_real2 *qw_closed_offsets(qw_env *env, qw_offset_mesh *m, uint32_t rounds, flo
     closing s = begin_closing(env, m, own, stiffness, closed);
     const qw_csr matrix = {2 * m->face_count, s.r.first, s.r.column, s.r.value, s.r.diagonal};
     for (uint32_t round = 0;; round++) {
-        qw_parallel(env, m->face_count, GRAIN, fill_rows, &s.r);
+        qw_parallel(env, m->face_count, QW_GRAIN, fill_rows, &s.r);
         if (s.grids) qw_multigrid_refresh(env, s.grids); /* few weights have changed: the groups stay */
         else s.grids = qw_multigrid_build(env, &matrix);
         solve(env, &s, counts);

@@ -12,7 +12,7 @@
 static const double FIRST_LENGTH = 1.0, GROWTH = 1.5;
 /* A triangle is round where its doubled area is at least this share of the square of its longest side. */
 static const double ROUND = 0.1;
-enum { PASSES = 40, MAX_DEGREE = 24, FLIP_ROUNDS = 8, SCAN = 1024 };
+enum { PASSES = 40, MAX_DEGREE = 24, FLIP_ROUNDS = 8 };
 /* BLOCK: vertices at most. FAN: half-edges, of which more than MAX_DEGREE are too many. A removal is an edge of length
  * 0 and two triangles. */
 enum { BLOCK = 2048, FAN = 32, STEPS_A_VERTEX = 3 };
@@ -442,7 +442,7 @@ static void remove_vertices(qw_env *env, collapse *c)
         for (uint32_t i = 0; i < count; i++) {
             bool again = pass > 0 || !tried[left[i]];
             if (!again || !remove_vertex(env, c, left[i], length, quality, most)) left[kept++] = left[i];
-            if (i % SCAN == 0) qw_heartbeat(env);
+            if (i % QW_GRAIN == 0) qw_heartbeat(env);
         }
         count = kept;
         flip_edges(env, c);

@@ -12,11 +12,9 @@
 #include <string.h>
 
 enum {
-    SPREADS = 40,       /* sweeps of the membrane: its windows are at most a dozen quads wide */
-    SETTLINGS = 4,      /* onto the surface, with a sweep between */
-    SWEEPS = 30,        /* of the search */
-    SEARCHES_A_QUAD = 6 /* searches of single vertices, for each quad of the window, in the last resort: it searches
-                           after every move */
+    SPREADS = 40,  /* sweeps of the membrane: its windowes are at most a dozen quads wide */
+    SETTLINGS = 4, /* onto the surface, with a sweep between */
+    SWEEPS = 30,   /* of the search */
 };
 
 /* A corner costs the square of 1 less its sine, and PULL times the square of what its sine is below LEAST_SINE. */
@@ -30,8 +28,6 @@ static const double LIFT = 10;
 static const float FIRST_STEP = 0.4f, LEAST_STEP = 0.01f;
 /* Farthest that the search moves a corner along a curve, in mean edges: corners are what makes a shape recognisable. */
 static const float MOST_ALONG_CURVE = 0.3f;
-/* Farthest that a vertex may leave its curve, in mean edges. */
-static const float MOST_OFF_CURVE = 0.5f;
 /* A membrane is brought back to the sheet that it faces within this many mean edges, else to the nearest point
    anywhere. */
 static const float MOST_DOWN = 4;
@@ -121,7 +117,6 @@ static void spread_once(const qw_repair_site *s, qw_window *p)
 {
     for (uint32_t k = 0; k < p->moving_count; k++) {
         uint32_t v = p->moving[k];
-        if (p->role[v] == QW_ROLE_NEAR_CURVE) continue;
         qw_vec3 to = middle_of_neighbours(p, v, p->role[v] != QW_ROLE_FREE);
         if (p->role[v] == QW_ROLE_BOUND) to = qw_slide_bound(&s->curves, &p->edge[v], to);
         if (p->role[v] == QW_ROLE_CORNER) to = qw_curve_nearest(s->all_curves, to, INFINITY).point;
@@ -231,7 +226,6 @@ static bool land(void *user, uint32_t v, const double aimed[3], qw_spot *spot)
         t->looked += hit.looked;
         if (hit.face == QW_NONE) return false;
         t->hint = hit.face, point = hit.point, spot->up = qw_normalize(qw_face_cross(s->surface, hit.face));
-        if (p->role[v] == QW_ROLE_NEAR_CURVE && qw_distance(point, p->home[v]) > MOST_OFF_CURVE * s->edge) return false;
     }
     qw_to_doubles(point, spot->at);
     return true;
@@ -254,14 +248,12 @@ static double cost_at(void *user, uint32_t v, uint32_t f)
 static void try_search(qw_repair_site *s, qw_window *p)
 {
     assert(p->quads.face_count <= QW_WINDOW_FACES);
-    uint64_t most = (uint64_t)SEARCHES_A_QUAD * p->quads.face_count,
-             reserve = p->freedom == QW_OFF_CURVES && s->budget > most ? s->budget - most : 0;
     look_up(s, p);
     memset(p->awake, 1, sizeof p->awake);
     place_search t = {s, p, FIRST_STEP, {0, 0, 0}, QW_NONE, 0};
-    const qw_step_search search = {p->corner, p->position, NULL,     p->begin, p->around, p->awake,
-                                   1,         &t,          frame_of, land,     put_spot,  cost_at};
-    for (int i = 0; i < SWEEPS && t.step > LEAST_STEP && s->budget >= reserve + p->moving_count; i++) {
+    const qw_step_search search = {p->corner, p->position, p->begin, p->around, p->awake, 1,
+                                   &t,        frame_of,    land,     put_spot,  cost_at};
+    for (int i = 0; i < SWEEPS && t.step > LEAST_STEP && s->budget >= p->moving_count; i++) {
         if (qw_search_all(&search, p->moving, p->moving_count)) continue;
         t.step *= 0.5f;
         memset(p->awake, 1, sizeof p->awake);
@@ -275,8 +267,8 @@ void qw_window_place(qw_repair_site *s, qw_window *p, qw_placing placing)
     assert(p->quads.face_count > 0);
     if (qw_is_faultless(p->faults)) return;
     if (placing == QW_MEMBRANE) try_membrane(s, p);
-    if (placing == QW_SEARCH || placing == QW_SEARCH_BOTH) try_search(s, p);
-    if (placing == QW_MEMBRANE_SEARCH || (placing == QW_SEARCH_BOTH && p->faults.flipped > 0)) {
+    if (placing == QW_SEARCH) try_search(s, p);
+    if (placing == QW_MEMBRANE_SEARCH) {
         spread(s, p);
         try_search(s, p);
     }
@@ -314,10 +306,10 @@ void qw_window_put_on_curves(qw_repair_site *s, qw_window *p)
     assert(p->moving_count <= p->quads.vertex_count);
     for (uint32_t k = 0; k < p->moving_count; k++) {
         uint32_t v = p->moving[k];
-        if (p->role[v] != QW_ROLE_CORNER && p->role[v] != QW_ROLE_NEAR_CURVE) continue;
+        if (p->role[v] != QW_ROLE_CORNER) continue;
         if (qw_distance(p->position[v], p->home[v]) == 0 || may_go(s, p, v, p->home[v])) continue;
         qw_vec3 half = qw_lerp(p->position[v], p->home[v], 0.5f);
-        may_go(s, p, v, p->role[v] == QW_ROLE_CORNER ? qw_curve_nearest(s->all_curves, half, INFINITY).point : half);
+        may_go(s, p, v, qw_curve_nearest(s->all_curves, half, INFINITY).point);
     }
     qw_window_save(p);
 }

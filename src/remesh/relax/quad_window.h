@@ -8,7 +8,7 @@
 #include "geometry/quad_edit.h"
 #include "remesh/relax/relax_curves.h"
 
-enum { QW_WINDOW_FACES = 256, QW_WINDOW_SEEDS = 10, QW_WINDOW_VERTICES = 4 * QW_WINDOW_FACES + QW_WINDOW_SEEDS };
+enum { QW_WINDOW_FACES = 256, QW_WINDOW_SEEDS = 4, QW_WINDOW_VERTICES = 4 * QW_WINDOW_FACES + QW_WINDOW_SEEDS };
 
 /* What is wrong with quads: how many are flipped, how many may be (geometry/flips.h), how many corners are inverted. */
 typedef struct qw_faults {
@@ -52,11 +52,11 @@ typedef struct qw_repair_site {
 /* Takes the steps from the budget, and more where they looked at very many triangles of the surface. */
 void qw_spend(qw_repair_site *site, uint64_t steps, uint64_t looked);
 
-/* How far vertices may go: along their own curves; corners too, along any curve; or off their curves, all of them. */
-typedef enum qw_freedom { QW_ON_CURVES, QW_CORNERS_SLIDE, QW_OFF_CURVES } qw_freedom;
+/* How far vertices may go: along their own curves; or corners too, along any curve. */
+typedef enum qw_freedom { QW_ON_CURVES, QW_CORNERS_SLIDE } qw_freedom;
 
-/* FIXED: stays. BOUND: slides on its own curve. CORNER: slides on any. NEAR_CURVE: over the surface, near its curve. */
-typedef enum qw_role { QW_ROLE_FIXED, QW_ROLE_FREE, QW_ROLE_BOUND, QW_ROLE_CORNER, QW_ROLE_NEAR_CURVE } qw_role;
+/* FIXED: stays. BOUND: slides on its own curve. CORNER: slides on any. */
+typedef enum qw_role { QW_ROLE_FIXED, QW_ROLE_FREE, QW_ROLE_BOUND, QW_ROLE_CORNER } qw_role;
 
 typedef struct qw_window {
     qw_quadmesh quads;                                                   /* linked, in numbers of its own */
@@ -112,16 +112,15 @@ qw_faults qw_faults_of_quad(const qw_flip_judge *judge, const qw_vec3 *position,
 /* ---- better positions, place.c */
 
 typedef enum qw_placing {
-    QW_MEMBRANE,        /* spread out between what is fixed, then brought back onto the surface */
-    QW_SEARCH,          /* vertex by vertex, from where they are */
-    QW_MEMBRANE_SEARCH, /* vertex by vertex, from the membrane */
-    QW_SEARCH_BOTH      /* the search, and where quads are still flipped the other one */
+    QW_MEMBRANE,       /* spread out between what is fixed, then brought back onto the surface */
+    QW_SEARCH,         /* vertex by vertex, from where they are */
+    QW_MEMBRANE_SEARCH /* vertex by vertex, from the membrane */
 } qw_placing;
 
 /* Saves the best that is found; the window is left as saved. window->faults: of the window as it is. */
 void qw_window_place(qw_repair_site *site, qw_window *window, qw_placing placing);
 
-/* Vertices that left their curve, or corners their place, go back or half the way where that is no worse; saved. */
-void qw_window_put_on_curves(qw_repair_site *site, qw_window *window);
+/* Corners that left their place go back or half the way where that is no worse; saved. */
+void qw_window_put_on_curves(qw_repair_site *site, qw_window *patch);
 
 #endif

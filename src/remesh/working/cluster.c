@@ -14,7 +14,6 @@ static const float FLAT = 0.1f;         /* of the cell: most that a vertex of a 
 static const float LEAST_COSINE = 0.2f; /* between a new triangle and the clusters at its corners */
 
 enum {
-    CLUSTER_GRAIN = 512,
     SPLITS = 4,  /* how often a cluster is tried in smaller cells */
     LEVELS = 24, /* of cells, each half as large as the one before */
     RIM = 255,   /* level of vertices on boundaries, and of others that join none */
@@ -372,7 +371,7 @@ static bool find_clusters(clustering *c)
     for (int round = 0; round < MOST_ROUNDS; round++) {
         group(c);
         list_members(c);
-        qw_parallel(c->env, c->count - c->first, CLUSTER_GRAIN, measure_block, c);
+        qw_parallel(c->env, c->count - c->first, QW_GRAIN_HEAVY, measure_block, c);
         find_triangles(c);
         judge_triangles(c);
         judge_edges(c);

@@ -36,7 +36,7 @@ static void flag_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 static uint8_t *flag_faces(const qw_edit *e, face_test test, const void *user)
 {
     flagging a = {e, test, user, QW_NEW(e->env, uint8_t, e->face_count)};
-    qw_parallel(e->env, e->face_count, QW_PASS_GRAIN, flag_block, &a);
+    qw_parallel(e->env, e->face_count, QW_GRAIN_LIGHT, flag_block, &a);
     return a.flag;
 }
 

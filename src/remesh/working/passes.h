@@ -11,8 +11,6 @@ typedef struct qw_pass {
     double from, to; /* what is told of the progress at its beginning and at its end */
 } qw_pass;
 
-enum { QW_PASS_GRAIN = 4096 }; /* faces of a block where all are asked something */
-
 /* Lengths are in the target lengths at the edge. */
 static inline float qw_edge_ratio2(const qw_edit *e, uint32_t h)
 {

@@ -167,9 +167,9 @@ static void sum_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 
 static double mean_edge(const qw_edit *e)
 {
-    uint32_t blocks = qw_block_count(e->face_count, QW_PASS_GRAIN);
+    uint32_t blocks = qw_block_count(e->face_count, QW_GRAIN_LIGHT);
     lengths l = {.edit = e, .sum = QW_NEW(e->env, double, blocks)};
-    qw_parallel(e->env, e->face_count, QW_PASS_GRAIN, sum_block, &l);
+    qw_parallel(e->env, e->face_count, QW_GRAIN_LIGHT, sum_block, &l);
     double sum = 0;
     for (uint32_t b = 0; b < blocks; b++) sum += l.sum[b];
     qw_free(e->env, l.sum);
@@ -191,9 +191,9 @@ static void most_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 
 static float longest_of_all2(const qw_edit *e)
 {
-    uint32_t blocks = qw_block_count(e->face_count, QW_PASS_GRAIN);
+    uint32_t blocks = qw_block_count(e->face_count, QW_GRAIN_LIGHT);
     lengths l = {.edit = e, .most2 = QW_NEW(e->env, float, blocks)};
-    qw_parallel(e->env, e->face_count, QW_PASS_GRAIN, most_block, &l);
+    qw_parallel(e->env, e->face_count, QW_GRAIN_LIGHT, most_block, &l);
     float most2 = 0;
     for (uint32_t b = 0; b < blocks; b++) most2 = fmaxf(most2, l.most2[b]);
     qw_free(e->env, l.most2);

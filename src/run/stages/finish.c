@@ -1,5 +1,5 @@
 /* The stage FINISH: what is done once, to the attempt that was chosen. Uncovered protrusions with sharp edges grow,
-   flipped quads are repaired, small components that have some left are made anew, vertices move nearer to the surface,
+   small components with flipped quads are made anew, vertices move nearer to the surface,
    and a result whose topology differs from the surface's is refused. */
 #include "run/stages/stages.h"
 
@@ -12,7 +12,6 @@
 #include "run/stages/lost_edges.h"
 #include "run/stages/coverage.h"
 #include "remesh/relax/fit.h"
-#include "remesh/relax/flip_repair.h"
 #include "remesh/quads/topology.h"
 #include "remesh/quads/wanted.h"
 #include "products/wrap/wrap_target.h"
@@ -25,36 +24,6 @@ typedef struct finishing {
     qw_quadmesh quads;
     uint8_t *flipped; /* uint8_t[quads.face_count], as of qw_run_state */
 } finishing;
-
-/* ---- flipped quads */
-
-/* Whether so many quads are flipped that the surface contradicts itself, as a heap of needles does. */
-static bool is_hopeless(const finishing *f)
-{
-    uint32_t count = 0;
-    for (uint32_t q = 0; q < f->quads.face_count; q++) count += f->flipped[q] == QW_FLIPPED;
-    return count > QW_HOPELESS_FAULTS * f->quads.face_count;
-}
-
-/* The last resort against flipped quads; taken if fewer are left and no topology is lost. */
-static void repair_flips(finishing *f)
-{
-    qw_run_state *run = f->run;
-    run->report->repaired_flips = 0;
-    if (f->quads.face_count == 0 || is_hopeless(f)) return;
-    int64_t least = qw_least_faces(qw_faces_with_reserve(run), 1, qw_times_used(run));
-    if (least > f->quads.face_count) least = f->quads.face_count;
-    qw_trimesh surface = qw_parted_surface(run);
-    qw_flip_repair repair = {
-        .surface = &surface, .tree = run->tree, .whole = &run->core.mesh, .last_resort = true, .least = least};
-    finishing repaired = {run, f->quads, QW_NEW(run->env, uint8_t, f->quads.face_count)};
-    qw_flip_counts counts = qw_repair_flips(run->env, &repaired.quads, &repair, repaired.flipped);
-    if (counts.flipped_left >= counts.flipped ||
-        qw_check_topology(run->env, &repaired.quads, &run->working.mesh).broken_count > 0)
-        return;
-    *f = repaired;
-    run->report->repaired_flips = counts.flipped - counts.flipped_left;
-}
 
 /* ---- nearer to the surface */
 
@@ -107,10 +76,9 @@ void qw_stage_FINISH(qw_run_state *run)
                                  : 0;
             qw_did(run->env, QW_MECH_GROWN_SHARP, sharp);
             run->report->grown_protrusions = run->grown + sharp;
-            repair_flips(&f);
             uint32_t remade = qw_uses(run->env, QW_MECH_REMADE) ? qw_remake_flipped(run, &f.quads, &f.flipped) : 0;
             qw_did(run->env, QW_MECH_REMADE, remade);
-            run->report->repaired_flips += remade;
+            run->report->repaired_flips = remade;
             fit_to_surface(&f);
         }
         check_topology(&f);
