@@ -1,6 +1,6 @@
 /* Measures what a context saves: the time of a run with another count after a first one, against that of a run in a
  * fresh context. Not built by default: cc -O3 -Iinclude bench/bench_again.c build/libquadwright.a -lcadical -lstdc++
- * -lglpk -lm -lpthread -o bench_again bench_again MESH FACES FACES...
+ * -lm -lpthread -o bench_again bench_again MESH FACES FACES...
  */
 #include <quadwright/quadwright.h>
 

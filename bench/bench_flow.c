@@ -1,6 +1,6 @@
 /* Times the flow solvers on a network like those of the regularity equations: a square grid of nodes, two antiparallel
  * arcs of small cost between neighbours, and pairs of a supply and a demand a few steps apart. Not built by default: cc
- * -O3 -Iinclude -Isrc bench/bench_flow.c build/libquadwright.a -lcadical -lstdc++ -lglpk -lm -lpthread -o bench_flow
+ * -O3 -Iinclude -Isrc bench/bench_flow.c build/libquadwright.a -lcadical -lstdc++ -lm -lpthread -o bench_flow
  *     bench_flow [pairs] [reach] [largest cost] [capacity] [side]
  */
 #include "solve/flow.h"

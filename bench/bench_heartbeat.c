@@ -1,6 +1,6 @@
 /* Measures how long progress is silent: the longest time between two calls of the host's progress hook, by stage, which
  * is also the longest that a cancel waits. Not built by default: cc -O3 -Iinclude bench/bench_heartbeat.c
- * build/libquadwright.a -lcadical -lstdc++ -lglpk -lm -lpthread -o bench_heartbeat bench_heartbeat MESH [faces]
+ * build/libquadwright.a -lcadical -lstdc++ -lm -lpthread -o bench_heartbeat bench_heartbeat MESH [faces]
  */
 #include <quadwright/quadwright.h>
 

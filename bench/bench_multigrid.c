@@ -1,6 +1,6 @@
 /* Times multigrid against plain conjugate gradients on graphs like those of a mesh: a square grid whose cells are
  * halved by either diagonal at random, two unknowns a place and a quarter turn at random between neighbours. Not built
- * by default: cc -O3 -Iinclude -Isrc bench/bench_multigrid.c build/libquadwright_static.a -lcadical -lstdc++ -lglpk -lm
+ * by default: cc -O3 -Iinclude -Isrc bench/bench_multigrid.c build/libquadwright_static.a -lcadical -lstdc++ -lm
  * -lpthread bench_multigrid [side] [dual] [spread] [cones] [ground] [smooth] [shuffle] [threads] dual: 0 vertices, 1
  * triangles; spread: of the weights; cones: a side; ground: 0 none, 1 a place, 2 a line; smooth: the right side.
  */

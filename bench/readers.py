@@ -42,7 +42,9 @@ def by_meshio(path):
             mesh = meshio.read(path)
     except BaseException as error:
         return f"FAILED: {type(error).__name__} {error}"[:60]
-    return ", ".join(f"{len(block.data)} {block.type}" for block in mesh.cells)
+    counts = {}
+    for block in mesh.cells: counts[block.type] = counts.get(block.type, 0) + len(block.data)
+    return ", ".join(f"{count} {kind}" for kind, count in counts.items())
 
 
 def by_vtk(path):

@@ -2,6 +2,7 @@
  * a second and slower way of telling, and charts keep their distance. */
 #include "products/atlas/atlas.h"
 #include "products/atlas/charts.h"
+#include "products/atlas/flat.h"
 #include "products/atlas/mask.h"
 #include "products/atlas/overlap.h"
 #include "products/atlas/seen.h"
@@ -238,6 +239,29 @@ static void holes_need_no_seams(void **state)
 }
 
 /* On a symmetric surface every seam has one opposite to it. */
+/* A square slit between two points, and a flap on the upper side of the slit that lies over what is below it: its rim
+   is a second outline, and nothing crosses. The same points with a hole. */
+static void flap_over_slit(void *user)
+{
+    qw_env *env = ((job *)user)->env;
+    double at[7][2] = {{-3, -3}, {3, -3}, {3, 3}, {-3, 3}, {-1, 0}, {1, 0}, {0, -1}};
+    uint32_t flap[] = {4, 5, 2, 4, 2, 3, 0, 4, 3, 1, 2, 5, 0, 1, 5, 0, 5, 4, 4, 6, 5};
+    uint32_t hole[] = {4, 5, 2, 4, 2, 3, 0, 4, 3, 1, 2, 5, 0, 6, 4, 0, 1, 6, 1, 5, 6};
+    uint32_t flap_rim[] = {0, 1, 2, 3, 4, 6, 5}, flap_to[] = {1, 2, 3, 0, 6, 5, 4};
+    uint32_t hole_rim[] = {0, 1, 2, 3, 4, 5, 6}, hole_to[] = {1, 2, 3, 0, 5, 6, 4};
+    qw_flat t = {.vertex_count = 7, .triangle_count = 7, .rim_count = 7, .loops = 2, .at = at};
+    t.corner = flap, t.rim = flap_rim, t.rim_to = flap_to;
+    assert_false(qw_flat_is_simple(env, &t, 0.125));
+    t.corner = hole, t.rim = hole_rim, t.rim_to = hole_to;
+    assert_true(qw_flat_is_simple(env, &t, 0.125));
+}
+static void one_outline_only(void **state)
+{
+    (void)state;
+    job j = {0};
+    protect(flap_over_slit, &j);
+}
+
 static void unwrap_mirrored(void *user)
 {
     job *j = user;
@@ -463,6 +487,7 @@ QW_TEST_SUITE(atlas)
         cmocka_unit_test(slivers),
         cmocka_unit_test(holes_need_no_seams),
         cmocka_unit_test(mirrored_seams),
+        cmocka_unit_test(one_outline_only),
         cmocka_unit_test(seams_in_grooves),
         cmocka_unit_test(several_tiles),
         cmocka_unit_test(places_on_a_board),

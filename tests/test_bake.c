@@ -205,6 +205,52 @@ static void hostile_webp_is_refused(void **state)
     protect(read_hostile_webp);
 }
 
+/* A picture of one pixel whose rows are those of a large one, as its head was changed. */
+static void read_bomb(void *user)
+{
+    qw_env *env = ((job *)user)->env;
+    const char *why;
+    qw_pen pen = {.env = env};
+    qw_picture p = {4096, 4096, 4, 8, QW_NEW_ZERO(env, uint8_t, 4096 * 4096 * 4)};
+    if (!can_read(env)) return;
+    qw_put_png(env, &p, &pen);
+    qw_bytes bomb = bytes_of(&pen);
+    assert_non_null(qw_read_picture(env, bomb, &why).pixels);
+    static const char one[8] = {0, 0, 0, 1, 0, 0, 0, 1};
+    memcpy(pen.at + 16, one, sizeof one);
+    assert_null(qw_read_picture(env, bomb, &why).pixels);
+}
+static void bombs_are_refused(void **state)
+{
+    (void)state;
+    protect(read_bomb);
+}
+
+/* TGA and BMP of two pixels, and what is known not to be read. */
+static void read_others(void *user)
+{
+    qw_env *env = ((job *)user)->env;
+    static const char tga[64] = {0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 0, 1, 0, 24, 0, 1, 2, 3, 4, 5, 6};
+    static const char bmp[80] = {'B', 'M', 62, 0, 0, 0, 0, 0, 0, 0, 54, 0, 0,        0, 40, 0, 0, 0,
+                                 2,   0,   0,  0, 1, 0, 0, 0, 1, 0, 24, 0, [54] = 1, 2, 3,  4, 5, 6};
+    const char *why;
+    if (!can_read(env)) return;
+    for (int i = 0; i < 2; i++) {
+        qw_picture p = qw_read_picture(env, i ? (qw_bytes){bmp, 62} : (qw_bytes){tga, 24}, &why);
+        assert_non_null(p.pixels);
+        assert_true(p.width == 2 && p.height == 1);
+        for (uint32_t x = 0; x < 2; x++)
+            for (uint32_t c = 0; c < 3; c++) assert_int_equal(pixel(&p, x, c), 3 * x + 3 - c);
+    }
+    assert_null(qw_read_picture(env, (qw_bytes){"\xabKTX 20\xbb\r\n\x1a\n........", 20}, &why).pixels);
+    assert_non_null(strstr(why, "KTX2"));
+}
+static void other_pictures(void **state)
+{
+    (void)state;
+    protect(read_others);
+}
+
 /* ---- materials of glTF files that name what is not there, and numbers that are none */
 
 static void read_materials(void *user)
@@ -226,7 +272,7 @@ static void read_materials(void *user)
     char bytes[16] = {0}, *copy = QW_NEW(env, char, sizeof text);
     memcpy(copy, text, sizeof text);
     const qw_gltf_rest rest = {.text = copy, .bytes = bytes, .byte_count = 8, .head = 1, .views = 2 + strlen(copy + 1)};
-    qw_material_list list = qw_gltf_materials(env, &rest);
+    qw_material_list list = qw_gltf_materials(env, &rest, NULL);
     assert_int_equal(list.count, 3);
     assert_int_equal(list.image_count, 3);
     assert_null(list.image[0].at);
@@ -252,6 +298,28 @@ static void read_materials(void *user)
     assert_int_equal(list.material[2].emission_map.image, qw_reads_webp() ? 1 : 0);
     assert_int_equal(list.material[2].normal_map.image, 2);
 }
+/* Pictures of materials that no face has are not looked for. */
+static void read_used(void *user)
+{
+    static const char text[] =
+        "\0\"materials\":[{\"emissiveTexture\":{\"index\":0}},{\"emissiveTexture\":{\"index\":1}}],"
+        "\"textures\":[{\"source\":0},{\"source\":1}],\"images\":[{\"uri\":\"data:image/"
+        "png;base64,AAAA\"},{\"uri\":\"data:image/png;base64,AAAA\"}],\0";
+    qw_env *env = ((job *)user)->env;
+    char *copy = QW_NEW(env, char, sizeof text);
+    memcpy(copy, text, sizeof text);
+    const qw_gltf_rest rest = {.text = copy, .material_count = 2, .head = 1, .views = 2 + strlen(copy + 1)};
+    qw_material_list list = qw_gltf_materials(env, &rest, (const uint8_t[]){0, 1});
+    assert_null(list.image[0].at);
+    assert_non_null(list.image[1].at);
+    assert_int_equal(list.note_count, 0);
+}
+static void unused_pictures(void **state)
+{
+    (void)state;
+    protect(read_used);
+}
+
 static void hostile_materials(void **state)
 {
     (void)state;
@@ -682,6 +750,115 @@ static void from_obj_to_files(void **state)
     qw_destroy(context), qw_mesh_destroy(source);
 }
 
+/* Extensions that are converted, kept, or spoken of. */
+static void read_extended(void *user)
+{
+    static const char text[] =
+        "\0\"materials\":[{\"name\":\"a\",\"extensions\":{\"KHR_materials_pbrSpecularGlossiness\":{\"diffuseFactor\":["
+        "0.5,"
+        "0.25,0.125,0.5],\"glossinessFactor\":0.25,\"specularFactor\":[0.04,0.04,0.04]}}},"
+        "{\"extensions\":{\"KHR_materials_pbrSpecularGlossiness\":{\"diffuseFactor\":[0,0,0,1],\"specularFactor\":[0.9,"
+        "0.6,"
+        "0.3]}}},{\"emissiveFactor\":[1,0.5,0],\"extensions\":{\"KHR_materials_emissive_strength\":{"
+        "\"emissiveStrength\":6},"
+        "\"KHR_materials_unlit\":{}}},{\"name\":\"glass\",\"extensions\":{\"KHR_materials_transmission\":{}}}],"
+        "\"animations\":[{}],\0";
+    qw_env *env = ((job *)user)->env;
+    char *copy = QW_NEW(env, char, sizeof text);
+    memcpy(copy, text, sizeof text);
+    const qw_gltf_rest rest = {.text = copy, .material_count = 4, .head = 1, .views = 2 + strlen(copy + 1)};
+    qw_material_list list = qw_gltf_materials(env, &rest, NULL);
+    const qw_material *m = list.material;
+    assert_float_equal(m[0].color[1], 0.25, 1e-6);
+    assert_float_equal(m[0].roughness, 0.75, 1e-6);
+    assert_float_equal(m[0].metallic, 0, 1e-6);
+    assert_float_equal(m[1].metallic, 1, 0.01);
+    assert_float_equal(m[1].color[0], 0.9, 0.01);
+    assert_float_equal(m[1].color[2], 0.3, 0.01);
+    assert_float_equal(m[2].emission[0], 6, 1e-6);
+    assert_float_equal(m[2].emission[1], 3, 1e-6);
+    assert_true(m[2].is_unlit && !m[1].is_unlit);
+    assert_int_equal(list.note_count, 2);
+    assert_non_null(strstr(list.note[0], "KHR_materials_transmission"));
+    assert_non_null(strstr(list.note[1], "animations"));
+}
+static void extensions_of_materials(void **state)
+{
+    (void)state;
+    protect(read_extended);
+}
+
+static void read_statements(void *user)
+{
+    static const char mtl[] =
+        "newmtl a\nKd 0 0 0\nmap_Kd -s 3 2 1 -o .25 .1 0 -clamp on bake there.png\nTr 0.25\n"
+        "newmtl b\nmap_Kd bake there.png\nKd 0 0 0\nd 0.5\nTr 0.125\nmap_d -imfchan g bake there.png\n"
+        "newmtl c\nKd 0.5\nmap_Bump -bm 0.3 bake there.png\n";
+    static const char *const names[] = {"a", "b", "c"};
+    qw_env *env = ((job *)user)->env;
+    put_file(QW_BINARY_DIR "/bake there.png", "x", 1);
+    put_file(QW_BINARY_DIR "/bake_words.mtl", mtl, sizeof mtl - 1);
+    qw_material_list list = qw_mtl_materials(env, QW_BINARY_DIR "/x.obj", "bake_words.mtl\nbake_none.mtl", names, 3);
+    const qw_material *m = list.material;
+    assert_float_equal(m[0].color[0], 1, 0);
+    assert_float_equal(m[0].color[3], 0.75, 1e-6);
+    assert_int_equal(m[0].alpha, 2);
+    assert_float_equal(m[0].color_map.scale[0], 3, 0);
+    assert_float_equal(m[0].color_map.scale[1], 2, 0);
+    assert_float_equal(m[0].color_map.offset[0], 0.25, 1e-6);
+    assert_float_equal(m[0].color_map.offset[1], -1.1, 1e-6); /* v grows downward */
+    assert_int_equal(m[0].color_map.wrap[1], 1);
+    assert_float_equal(m[1].color[2], 1, 0);
+    assert_float_equal(m[1].color[3], 0.5, 0);
+    assert_int_equal(m[1].alpha_map.image, 0);
+    assert_int_equal(m[1].alpha_map.channel, 1);
+    assert_float_equal(m[2].color[2], 0.5, 0);
+    assert_int_equal(m[2].normal_map.image, QW_NONE);
+    assert_int_equal(list.image_count, 1);
+    assert_int_equal(list.note_count, 2);
+    assert_non_null(strstr(list.note[0], "map_Bump"));
+    assert_non_null(strstr(list.note[1], "bake_none.mtl"));
+}
+static void statements_of_mtl(void **state)
+{
+    (void)state;
+    protect(read_statements);
+}
+
+/* What is drawn of an opaque sheet, of two that are cut off at their own thresholds, and of a blended one: all have
+   alpha of a half. */
+static void look_at_alphas(void *user)
+{
+    qw_env *env = ((job *)user)->env;
+    qw_vec3 position[] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, normal = {0, 0, 1};
+    uint32_t corner[] = {0, 1, 2}, twin[] = {QW_NONE, QW_NONE, QW_NONE}, face = 0;
+    int32_t label = 0;
+    qw_material m[4];
+    for (int i = 0; i < 4; i++) m[i] = qw_plain_material(), m[i].color[3] = 0.5f, m[i].alpha = i == 3 ? 2 : i > 0;
+    m[1].cutoff = 0.25f, m[2].cutoff = 0.75f;
+    qw_source source = {
+        .mesh = {.vertex_count = 3, .face_count = 1, .position = position, .corner = corner, .twin = twin},
+        .normal = &normal,
+        .face = &face};
+    for (uint32_t count = 2; count <= 4; count++) {
+        qw_material_list list = {.material = m, .count = count};
+        qw_look look = qw_begin_look(env, &source, NULL, 0, false, &list, NULL);
+        look.material = &label;
+        assert_int_equal(look.alpha, count == 4 ? 2 : 1);
+        for (label = 0; (uint32_t)label < count; label++) {
+            float a = qw_look_at(&look, 0, (const float[]){0.4f, 0.3f, 0.3f}).color[3];
+            float drawn = look.alpha == 2 ? a : a >= look.cutoff;
+            assert_float_equal(drawn, label == 2 ? 0 : label == 3 ? 0.5 : 1, 0);
+        }
+        if (count == 2) assert_float_equal(look.cutoff, 0.25, 0);
+    }
+}
+static void alphas_as_drawn(void **state)
+{
+    (void)state;
+    protect(look_at_alphas);
+}
+
 /* Numbers of an MTL beyond what they may be: the nearest that may, or what there is without them, and a note each. */
 static void numbers_of_mtl(void **state)
 {
@@ -713,8 +890,11 @@ static void numbers_of_mtl(void **state)
 QW_TEST_SUITE(bake)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(hostile_materials),   cmocka_unit_test(numbers_of_mtl),
+        cmocka_unit_test(hostile_materials),   cmocka_unit_test(unused_pictures),
+        cmocka_unit_test(numbers_of_mtl),      cmocka_unit_test(extensions_of_materials),
+        cmocka_unit_test(statements_of_mtl),   cmocka_unit_test(alphas_as_drawn),
         cmocka_unit_test(png_comes_back),      cmocka_unit_test(hostile_pictures_are_refused),
+        cmocka_unit_test(bombs_are_refused),   cmocka_unit_test(other_pictures),
         cmocka_unit_test(webp_is_read),        cmocka_unit_test(hostile_webp_is_refused),
         cmocka_unit_test(normals_of_a_sphere), cmocka_unit_test(tips_face_up),
         cmocka_unit_test(constant_color),      cmocka_unit_test(charts_at_any_scale),

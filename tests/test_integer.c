@@ -460,7 +460,7 @@ static void subdivides(void **state)
     qw_env_destroy(env);
 }
 
-/* ---- upright */
+/* ---- orientation-preserving */
 
 static bool edge_fine(const qw_offset_mesh *m, uint32_t e)
 {
@@ -548,8 +548,8 @@ static void greedy_only_improves(void **state)
     qw_env_destroy(env);
 }
 
-/* Whether some choice of a step a vertex makes all upright: every vertex 9 steps, by counting in base 9. Frames must be
- * straight. */
+/* Whether some choice of a step a vertex leaves no triangle inverted: every vertex 9 steps, by counting in base 9.
+ * Frames must be straight. */
 static bool any_steps(qw_env *env, const qw_offset_mesh *m)
 {
     qw_offset_mesh t = qw_offset_copy(env, m);

@@ -179,7 +179,8 @@ static void pairs_along_curves(void **state)
 
 /* ---- contraction */
 
-/* Steps between random whole places of the vertices: zero, upright, flipped and longer than 1 in any mix. */
+/* Steps between random whole places of the vertices: zero, orientation-preserving, inverted and longer than 1 in any
+ * mix. */
 static void random_steps(const qw_trimesh *mesh, qw_offset_mesh *m, unit_rng *r, qw_int2 *place)
 {
     int32_t spread = 1 + (int32_t)unit_random(r, 3);

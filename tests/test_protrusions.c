@@ -415,7 +415,7 @@ static void gables_agree(void **state)
     for (int i = 0; i < 3; i++) {
         house h = house_of(4, 2, 2 + 2 * slopes[i], 5);
         shape s = {.position = h.position, .corner = h.corner, .vertex_count = 10, .face_count = 16};
-        for (int64_t faces = 1000; faces <= 4000; faces += 1500) {
+        for (int64_t faces = 1000; faces <= 4000; faces += 3000) {
             qw_result *result = remeshed(&s, faces);
             const qw_report *report = qw_result_report(result);
             if (report->topology.irregular != 8 || report->area_cv > 0.24)
@@ -499,9 +499,9 @@ static void corner_of_a_cube(void **state)
     double position[12] = {0, 1, 0, 1, 0, 0, 0, 0, 0, 0, 0, 1};
     uint32_t corner[12] = {0, 1, 2, 2, 3, 0, 1, 3, 2, 0, 3, 1};
     shape s = {.position = position, .corner = corner, .vertex_count = 4, .face_count = 4};
-    static const int64_t faces[] = {3000, 4000, 5000, 7000, 10000};
+    static const int64_t faces[] = {3000, 5000, 10000};
     int64_t attempts = 0;
-    for (int i = 0; i < 5; i++) {
+    for (int i = 0; i < 3; i++) {
         qw_result *result = remeshed(&s, faces[i]);
         const qw_report *report = qw_result_report(result);
         attempts += report->attempts;

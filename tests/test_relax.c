@@ -1,5 +1,5 @@
-/* Relaxation by its certificates: gradients, systems that are solved, upright quads, places on surfaces and on curves,
- * equal bytes. */
+/* Relaxation by its certificates: gradients, systems that are solved, quads that are not flipped, places on surfaces
+ * and on curves, equal bytes. */
 #include "suite.h"
 #include "unit_shapes.h"
 
@@ -228,7 +228,7 @@ static void untangles_a_plate(void **state)
     }
 }
 
-/* What comes in upright stays so, however uneven, and is evened. */
+/* What comes in without a flipped quad stays so, however uneven, and is evened. */
 static void evens_what_is_not_inverted(void **state)
 {
     (void)state;

@@ -118,11 +118,11 @@ static void full_devices(void **state)
                                        "--version > /dev/full",
                                        "measure in.obj > /dev/full",
                                        "measure in.obj --json > /dev/full",
-                                       "in.obj -q -f 300 -o - > /dev/full",
-                                       "in.obj -q -f 300 -o a.obj --json - > /dev/full",
-                                       "in.obj -q -f 300 -o a.obj --json /dev/full",
+                                       "in.obj -q -f 100 -o - > /dev/full",
+                                       "in.obj -q -f 100 -o a.obj --json - > /dev/full",
+                                       "in.obj -q -f 100 -o a.obj --json /dev/full",
                                        "render in.obj -o - > /dev/full",
-                                       "in.obj -q -f 300 --dump-stage clean:/dev/full"};
+                                       "in.obj -q -f 100 --dump-stage clean:/dev/full"};
     if (access("/dev/full", W_OK) != 0) skip();
     for (size_t i = 0; i < sizeof runs / sizeof *runs; i++) {
         char said[MOST_SAID];
@@ -296,7 +296,7 @@ static void an_integer_program_is_heard(void **state)
                                        "ilp",  "-o",       "ilp.obj", "--time-limit", "4",     NULL};
     static const char *const run[] = {"tool", "slow.obj", "-q", "-f", "20000", "--flow", "ilp", "-o", "ilp.obj", NULL};
     char said[MOST_SAID];
-    if (tool(said, "in.obj -q -f 300 --flow ilp -o small.obj") == qw_status_exit_code(QW_UNSUPPORTED)) skip();
+    if (tool(said, "in.obj -q -f 100 --flow ilp -o small.obj") == qw_status_exit_code(QW_UNSUPPORTED)) skip();
     assert_int_equal(shell("'" QW_BINARY_DIR "/quadwright-shapes' lattice 60000 slow.obj"), 0);
     expect(finish(start(false, late), said), QW_CANCELLED, said, "the time limit of 4 s was reached");
     child c = start(false, run);
@@ -340,25 +340,25 @@ static void outputs_that_would_meet(void **state)
                                        "-o - --format obj >> copy.obj",
                                        "-o x.obj --force --json copy.obj"};
     for (size_t i = 0; i < sizeof runs / sizeof *runs; i++) {
-        int code = tool(said, "copy.obj -q -f 300 %s", runs[i]);
+        int code = tool(said, "copy.obj -q -f 100 %s", runs[i]);
         if (!strstr(said, "would")) fail_msg("%s: %s", runs[i], said);
         expect(code, QW_ARGUMENT, said, "would");
         assert_false(exists("out.obj") || exists("x.obj") || exists("x") || exists("OUT.obj"));
         assert_int_equal(shell("cmp -s in.obj copy.obj"), 0);
     }
-    expect(tool(said, "--from-stage state.qws -q -f 300 -o x.obj --json state.qws"), QW_ARGUMENT, said, "--from-stage");
-    expect(tool(said, "--from-stage state.qws -q -f 300 --dump-stage quads:./state.qws"), QW_ARGUMENT, said, "would");
-    expect(tool(said, "- -q -f 300 -o x.obj --json copy.obj < copy.obj"), QW_ARGUMENT, said, "the input");
+    expect(tool(said, "--from-stage state.qws -q -f 100 -o x.obj --json state.qws"), QW_ARGUMENT, said, "--from-stage");
+    expect(tool(said, "--from-stage state.qws -q -f 100 --dump-stage quads:./state.qws"), QW_ARGUMENT, said, "would");
+    expect(tool(said, "- -q -f 100 -o x.obj --json copy.obj < copy.obj"), QW_ARGUMENT, said, "the input");
     assert_int_equal(shell("cp in.obj view.png"), 0);
     expect(tool(said, "render view.png -o ./view.png"), QW_ARGUMENT, said, "the input");
     assert_int_equal(shell("cmp -s in.obj view.png"), 0);
-    expect(tool(said, "- -q -f 300 -o soft.obj < copy.obj"), QW_ARGUMENT, said, "--force allows it");
+    expect(tool(said, "- -q -f 100 -o soft.obj < copy.obj"), QW_ARGUMENT, said, "--force allows it");
     assert_int_equal(shell("for i in $(seq 3000); do echo 1; done > thick"), 0);
-    expect(tool(said, "copy.obj -q -f 300 -o x.obj --density thick --json thick"), QW_ARGUMENT, said, "--density");
+    expect(tool(said, "copy.obj -q -f 100 -o x.obj --density thick --json thick"), QW_ARGUMENT, said, "--density");
     assert_int_equal(shell("cmp -s in.obj copy.obj && test -L soft.obj"), 0);
-    expect(tool(said, "copy.obj -q -f 300 -o copy.obj --force"), QW_OK, said, "");
+    expect(tool(said, "copy.obj -q -f 100 -o copy.obj --force"), QW_OK, said, "");
     assert_int_equal(shell("cmp -s in.obj copy.obj"), 1);
-    expect(tool(said, "in.obj -q -f 300 -o /dev/null --format obj --json /dev/null"), QW_OK, said, "");
+    expect(tool(said, "in.obj -q -f 100 -o /dev/null --format obj --json /dev/null"), QW_OK, said, "");
 }
 
 static void names_are_escaped(void **state)
@@ -403,25 +403,25 @@ static void without_rights(void **state)
     static const char script[] =
         "set -e\n"
         "mkdir -p mine locked && cd mine\n"
-        "for o in /dev/stdout /dev/null /dev/stderr; do ../tool ../in.obj -q -f 300 -o $o --format obj > o.obj 2> "
+        "for o in /dev/stdout /dev/null /dev/stderr; do ../tool ../in.obj -q -f 100 -o $o --format obj > o.obj 2> "
         "e.obj; done\n"
         "test -s o.obj || test -s e.obj\n"
-        "../tool ../in.obj -q -f 300 -o /dev/stdout --format obj | ../tool measure - > /dev/null\n"
-        "../tool ../in.obj -q -f 300 -o /dev/null --format obj --json /dev/stdout | grep -q '\"report\"'\n"
-        "../tool ../in.obj -q -f 300 --dump-stage clean:/dev/stdout | ../tool --from-stage /dev/stdin -f 300 -q -o "
+        "../tool ../in.obj -q -f 100 -o /dev/stdout --format obj | ../tool measure - > /dev/null\n"
+        "../tool ../in.obj -q -f 100 -o /dev/null --format obj --json /dev/stdout | grep -q '\"report\"'\n"
+        "../tool ../in.obj -q -f 100 --dump-stage clean:/dev/stdout | ../tool --from-stage /dev/stdin -f 100 -q -o "
         "r.obj\n"
         "../tool render ../in.obj -o - | head -c 4 | grep -q PNG\n"
-        "../tool ../in.obj -q -f 300 -o - > direct.obj && cmp direct.obj r.obj\n"
+        "../tool ../in.obj -q -f 100 -o - > direct.obj && cmp direct.obj r.obj\n"
         "rm -f r.obj; cd ..\n"
         /* links from a folder that takes no files into one that does */
         "for n in m.obj r.json s.qws p.png; do ln -sf ../mine/$n locked/$n; done\n"
         "chmod 555 locked\n"
-        "./tool in.obj -q -f 300 -o locked/m.obj --json locked/r.json\n"
-        "./tool in.obj -q -f 300 --dump-stage clean:locked/s.qws\n"
+        "./tool in.obj -q -f 100 -o locked/m.obj --json locked/r.json\n"
+        "./tool in.obj -q -f 100 --dump-stage clean:locked/s.qws\n"
         "./tool render in.obj -o locked/p.png\n"
         "for n in m.obj r.json s.qws p.png; do test -L locked/$n && test -s mine/$n; done\n"
         /* and over them, as they exist now */
-        "./tool in.obj -q -f 300 -o locked/m.obj --json locked/r.json\n"
+        "./tool in.obj -q -f 100 -o locked/m.obj --json locked/r.json\n"
         "cmp mine/m.obj mine/direct.obj\n"
         "chmod 755 locked\n";
     FILE *file = fopen("script.sh", "wb");

@@ -1,5 +1,5 @@
-/* Places around which the lattice goes too few times: found on cones of valence 5 whose offsets were shifted and put
- * upright again, and repaired there. */
+/* Places around which the lattice goes too few times: found on cones of valence 5 whose offsets were shifted and made
+ * orientation-preserving again, and repaired there. */
 #include "suite.h"
 #include "unit_shapes.h"
 

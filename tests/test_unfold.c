@@ -29,7 +29,7 @@ static bool is_face_up(const qw_trimesh *m)
     return true;
 }
 
-/* A vertex anywhere within two cells, the sheet turned any way: all is upright again. */
+/* A vertex anywhere within two cells, the sheet turned any way: nothing is folded any more. */
 static void smooths_out_folds(void **state)
 {
     (void)state;

@@ -69,9 +69,52 @@ static qw_picture *read_pictures(qw_env *env, qw_material_list *list)
     return picture;
 }
 
+/* Of a channel, 0 to 1. */
+static double alpha_of(const qw_picture *p, size_t pixel, uint32_t channel)
+{
+    size_t at = pixel * 4 + channel;
+    return p->bits == 16 ? ((const uint16_t *)p->pixels)[at] / 65535.0 : ((const uint8_t *)p->pixels)[at] / 255.0;
+}
+
+/* uint8_t[materials]: those that a face has; NULL: the file does not say. */
+static uint8_t *materials_used(qw_env *env, const qw_mesh *source)
+{
+    for (uint32_t i = 0; i < source->attribute_count; i++) {
+        const qw_attribute *a = &source->attribute[i];
+        if (a->kind != QW_LABELS || a->domain != QW_PER_FACE || strcmp(a->name, "material") != 0) continue;
+        uint32_t count = source->gltf->material_count;
+        for (uint32_t f = 0; f < a->count; f++)
+            if (a->labels[f] >= 0 && (uint32_t)a->labels[f] >= count) count = (uint32_t)a->labels[f] + 1;
+        uint8_t *used = QW_NEW_ZERO(env, uint8_t, count);
+        for (uint32_t f = 0; f < a->count; f++)
+            if (a->labels[f] >= 0) used[a->labels[f]] = 1;
+        return used;
+    }
+    return NULL;
+}
+
+/* Which channel of a picture of alpha is meant, and whether it cuts or blends. */
+static void settle_alphas(qw_material_list *list, const qw_picture *picture)
+{
+    for (uint32_t i = 0; i < list->count; i++) {
+        qw_material *m = &list->material[i];
+        const qw_picture *p = m->alpha_map.image == QW_NONE ? NULL : &picture[m->alpha_map.image];
+        if (!p || !p->pixels) continue;
+        size_t count = (size_t)p->width * p->height, between = 0;
+        bool is_clear = false;
+        for (size_t k = 0; k < count; k++) is_clear |= alpha_of(p, k, 3) < 1;
+        if (m->alpha_map.channel == QW_NONE) m->alpha_map.channel = is_clear ? 3 : 0;
+        for (size_t k = 0; k < count; k++) {
+            double a = alpha_of(p, k, m->alpha_map.channel);
+            between += a > 0.05 && a < 0.95;
+        }
+        m->alpha = m->color[3] < 1 || between > count / 10 ? 2 : 1;
+    }
+}
+
 static qw_material_list find_materials(qw_env *env, const qw_mesh *source)
 {
-    if (source && source->gltf) return qw_gltf_materials(env, source->gltf);
+    if (source && source->gltf) return qw_gltf_materials(env, source->gltf, materials_used(env, source));
     for (uint32_t i = 0; source && source->path && source->library && i < source->attribute_count; i++) {
         const qw_attribute *a = &source->attribute[i];
         if (a->kind == QW_LABELS && a->label_names && strcmp(a->name, "material") == 0)
@@ -127,15 +170,16 @@ static float *find_normals(qw_context_state *c, const qw_mesh_view *view, const 
 /* What is the same everywhere, where there is no map of it. */
 static void take_factors(qw_asset_look *look, const qw_look *seen)
 {
-    const qw_material *m = seen->list->count > 0 ? &seen->list->material[0] : &seen->plain;
+    const qw_material *m = &seen->plain;
+    for (uint32_t i = seen->list->count; i-- > 0;)
+        if (qw_is_used(seen->list, i)) m = &seen->list->material[i];
     memcpy(look->color, m->color, sizeof look->color), memcpy(look->emission, m->emission, sizeof look->emission);
     look->roughness = m->roughness, look->metallic = m->metallic, look->has_occlusion = seen->has_occlusion;
-    look->cutoff = m->cutoff;
-    for (uint32_t i = 0; i < seen->list->count; i++) {
-        const qw_material *n = &seen->list->material[i];
-        if (n->alpha > look->alpha) look->alpha = n->alpha, look->cutoff = n->cutoff;
-        look->double_sided |= n->double_sided;
-    }
+    look->cutoff = seen->cutoff, look->alpha = seen->alpha, look->is_unlit = seen->is_unlit;
+    look->brightest = seen->brightest, look->color[3] = m->alpha ? m->color[3] : 1;
+    for (int k = 0; k < 3; k++) look->emission[k] /= look->brightest;
+    for (uint32_t i = 0; i < seen->list->count; i++)
+        look->double_sided |= qw_is_used(seen->list, i) && seen->list->material[i].double_sided;
 }
 
 static uint32_t maps_of(const qw_look *l)
@@ -187,9 +231,11 @@ static void bake(void *user)
     qw_mesh_view view = qw_view_of_result(&c->run);
     qw_atlas_mesh mesh = qw_atlas_mesh_of(c->env, &view, NULL, 0, NULL);
     qw_material_list list = find_materials(c->env, call->source);
+    qw_picture *picture = read_pictures(c->env, &list);
+    settle_alphas(&list, picture);
     qw_look look = qw_begin_look(c->env, &c->carried->source, call->source ? call->source->attribute : NULL,
                                  call->source ? call->source->attribute_count : 0, call->source && !call->source->gltf,
-                                 &list, read_pictures(c->env, &list));
+                                 &list, picture);
     float *shape = find_normals(c, &view, &mesh);
     qw_bake_target target = {.corner_count = mesh.corner_count,
                              .face_count = mesh.face_count,

@@ -290,6 +290,7 @@ static void copy_guides(void *user)
     }
 }
 
+/* Reads guides from a file and hands them to the context, as if the caller had given them. */
 static void load_guides(void *user)
 {
     guide_call *call = user;

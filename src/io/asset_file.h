@@ -10,10 +10,10 @@ typedef struct qw_asset_look {
     const qw_picture *picture; /* qw_picture[tiles][QW_MAP_COUNT]: without pixels: there is none */
     uint32_t tiles;
     float color[4], emission[3], roughness, metallic;
-    bool has_occlusion; /* in the first channel of QW_MAP_ORM */
-    int alpha;          /* 0 opaque, 1 cut off, 2 blended */
-    float cutoff;
-    bool double_sided;
+    bool has_occlusion;      /* in the first channel of QW_MAP_ORM */
+    int alpha;               /* 0 opaque, 1 cut off, 2 blended */
+    float cutoff, brightest; /* brightest: what the emission is a share of; at least 1 */
+    bool double_sided, is_unlit;
 } qw_asset_look;
 
 /* What qw_put_gltf writes beside the mesh: one node, the materials, the pictures. translation: of the node, which the

@@ -10,6 +10,7 @@ typedef struct maker {
     qw_gltf_rest *rest;
     qw_pen text, bytes, views, images, textures, materials;
     uint32_t texture_count, level; /* level: QW_NONE: there are none */
+    bool is_bright, is_unlit;      /* extensions that a material uses */
 } maker;
 
 static size_t begin_piece(maker *k) { return k->text.size; }
@@ -84,6 +85,14 @@ static void put_material(maker *k, uint32_t tile)
     put_numbers(m, "emissiveFactor", p[QW_MAP_EMISSION].pixels ? white : l->emission, 3);
     if (l->alpha == 2) qw_pen_text(m, ",\"alphaMode\":\"BLEND\"");
     if (l->alpha == 1) qw_pen_text(m, ",\"alphaMode\":\"MASK\""), put_numbers(m, "alphaCutoff", &l->cutoff, 1);
+    bool is_bright = l->brightest > 1;
+    if (is_bright || l->is_unlit) qw_pen_text(m, ",\"extensions\":{");
+    if (is_bright)
+        qw_pen_text(m, "\"KHR_materials_emissive_strength\":{\"emissiveStrength\":"),
+            qw_pen_number(m, (double)l->brightest), qw_pen_text(m, l->is_unlit ? "}," : "}");
+    if (l->is_unlit) qw_pen_text(m, "\"KHR_materials_unlit\":{}");
+    if (is_bright || l->is_unlit) qw_pen_text(m, "}");
+    k->is_bright |= is_bright, k->is_unlit |= l->is_unlit;
     if (l->double_sided) qw_pen_text(m, ",\"doubleSided\":true");
     if (p[QW_MAP_HEIGHT].pixels)
         qw_pen_print(m, ",\"extras\":{\"heightTexture\":%u}", put_texture(k, &p[QW_MAP_HEIGHT], "height"));
@@ -109,10 +118,19 @@ static void put_head(maker *k)
     end_piece(k);
 }
 
+static size_t put_used(maker *k)
+{
+    size_t at = begin_piece(k);
+    if (k->is_bright) qw_pen_text(&k->text, "\"KHR_materials_emissive_strength\",");
+    if (k->is_unlit) qw_pen_text(&k->text, "\"KHR_materials_unlit\",");
+    end_piece(k);
+    return at;
+}
+
 qw_gltf_rest *qw_gltf_of_looks(qw_env *env, const qw_asset_look *const *look, uint32_t count)
 {
     const qw_pen none = {.env = env};
-    maker k = {env, NULL, QW_NEW_ZERO(env, qw_gltf_rest, 1), none, none, none, none, none, none, 0, 0};
+    maker k = {env, NULL, QW_NEW_ZERO(env, qw_gltf_rest, 1), none, none, none, none, none, none, 0, 0, false, false};
     qw_gltf_rest *r = k.rest;
     for (k.level = 0; k.level < count; k.level++) {
         k.look = look[k.level];
@@ -123,7 +141,7 @@ qw_gltf_rest *qw_gltf_of_looks(qw_env *env, const qw_asset_look *const *look, ui
     r->views = begin_piece(&k);
     qw_pen_put(&k.text, k.views.at, k.views.size);
     end_piece(&k);
-    r->used = r->required = piece(&k, "");
+    r->used = put_used(&k), r->required = piece(&k, "");
     r->text = k.text.at, r->bytes = k.bytes.at, r->byte_count = k.bytes.size;
     return r;
 }
@@ -131,7 +149,8 @@ qw_gltf_rest *qw_gltf_of_looks(qw_env *env, const qw_asset_look *const *look, ui
 qw_gltf_rest *qw_gltf_of_asset(qw_env *env, const qw_asset_look *look, const double translation[3])
 {
     const qw_pen none = {.env = env};
-    maker k = {env, look, QW_NEW_ZERO(env, qw_gltf_rest, 1), none, none, none, none, none, none, 0, QW_NONE};
+    maker k = {env,   look, QW_NEW_ZERO(env, qw_gltf_rest, 1), none, none, none, none, none, none, 0, QW_NONE,
+               false, false};
     for (uint32_t tile = 0; tile < look->tiles; tile++) put_material(&k, tile);
     put_head(&k);
     qw_gltf_rest *r = k.rest;
@@ -149,7 +168,8 @@ qw_gltf_rest *qw_gltf_of_asset(qw_env *env, const qw_asset_look *look, const dou
     }
     end_piece(&k);
     r->nodes_end = piece(&k, "}");
-    o->members = o->head = r->accessors = r->used = r->required = piece(&k, "");
+    o->members = o->head = r->accessors = r->required = piece(&k, "");
+    r->used = put_used(&k);
     r->views = begin_piece(&k);
     qw_pen_put(&k.text, k.views.at, k.views.size);
     end_piece(&k);

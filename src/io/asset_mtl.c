@@ -57,9 +57,16 @@ static void put_material(maker *k, uint32_t tile, const char *name)
     const qw_picture *p = l->picture + tile * (size_t)QW_MAP_COUNT;
     qw_pen_text(&k->mtl, "newmtl "), qw_pen_text(&k->mtl, name), qw_pen_text(&k->mtl, "\n");
     put_numbers(&k->mtl, "Kd", p[QW_MAP_COLOR].pixels ? white : l->color, 3);
-    put_numbers(&k->mtl, "Ke", p[QW_MAP_EMISSION].pixels ? white : l->emission, 3);
+    float bright[3];
+    for (int c = 0; c < 3; c++) bright[c] = l->brightest * (p[QW_MAP_EMISSION].pixels ? 1 : l->emission[c]);
+    put_numbers(&k->mtl, "Ke", bright, 3);
+    if (l->alpha && !p[QW_MAP_COLOR].pixels) put_numbers(&k->mtl, "d", &l->color[3], 1);
     put_numbers(&k->mtl, "Pr", &l->roughness, 1), put_numbers(&k->mtl, "Pm", &l->metallic, 1);
     put_map(k, tile, QW_MAP_COLOR, "map_Kd ");
+    if (l->alpha && p[QW_MAP_COLOR].pixels) { /* the fourth channel of the same picture */
+        qw_pen_text(&k->mtl, "map_d "), qw_pen_text(&k->mtl, k->name);
+        qw_pen_text(&k->mtl, joined(k->env, "_color", number_of(k->env, l, tile), ".png\n"));
+    }
     put_map(k, tile, QW_MAP_NORMAL, "norm ");
     put_map(k, tile, QW_MAP_ORM, "# occlusion, roughness, metallic: ");
     put_map(k, tile, QW_MAP_EMISSION, "map_Ke ");

@@ -21,6 +21,7 @@ qw_material qw_plain_material(void)
                          .occlusion_strength = 1,
                          .cutoff = 0.5f,
                          .color_map = no_texture,
+                         .alpha_map = {.image = QW_NONE, .scale = {1, 1}, .channel = QW_NONE},
                          .metallic_map = no_texture,
                          .roughness_map = no_texture,
                          .occlusion_map = no_texture,
@@ -122,8 +123,10 @@ static int wrap_of(double mode) { return mode == 33071 ? 1 : mode == 33648 ? 2 :
 static double source_of(const reader *r, uint32_t texture)
 {
     const qw_json_doc *j = &r->json;
-    uint32_t webp = qw_json_member(j, qw_json_member(j, texture, "extensions"), "EXT_texture_webp");
+    uint32_t more = qw_json_member(j, texture, "extensions"), webp = qw_json_member(j, more, "EXT_texture_webp");
     double image = number(r, texture, "source", -1);
+    if (image < 0) image = number(r, qw_json_member(j, more, "KHR_texture_basisu"), "source", -1);
+    if (image < 0) image = number(r, qw_json_member(j, more, "MSFT_texture_dds"), "source", -1);
     return webp == QW_NONE || (!qw_reads_webp() && image >= 0) ? image : number(r, webp, "source", image);
 }
 
@@ -140,6 +143,49 @@ static qw_texture read_texture(reader *r, uint32_t object, const char *name, uin
     t.wrap[0] = wrap_of(number(r, sampler, "wrapS", 0)), t.wrap[1] = wrap_of(number(r, sampler, "wrapT", 0));
     read_transform(r, info, &t);
     return t;
+}
+
+/* The older model of colours of diffuse and of mirrored light. Of a metal of share 1 - x and base colour b they are
+   0.96 b x, d, and 0.04 x + b (1 - x), s: in grey 0.04 x^2 - (s + d / 0.96) x + d / 0.96 = 0. */
+static void read_specular_glossiness(reader *r, uint32_t e, qw_material *a)
+{
+    float specular[3] = {1, 1, 1}, gloss = 1, d = 0, s = 0;
+    factors(r, e, "diffuseFactor", qw_factor_share, a->color, 4);
+    factors(r, e, "specularFactor", qw_factor_share, specular, 3);
+    factor(r, e, "glossinessFactor", qw_factor_share, &gloss);
+    a->color_map = read_texture(r, e, "diffuseTexture", 0);
+    a->roughness = 1 - gloss, a->metallic = 0;
+    a->roughness_map = a->metallic_map = no_texture;
+    for (int k = 0; k < 3; k++) d += a->color[k] / (3 * 0.96f), s += specular[k] / 3;
+    float half = (s + d) / 0.08f, x = half - sqrtf(fmaxf(half * half - d / 0.04f, 0));
+    if (s > 0.04f && x < 1 && a->color_map.image == QW_NONE) {
+        a->metallic = 1 - x;
+        for (int k = 0; k < 3; k++) a->color[k] = fminf(1, a->color[k] / 0.96f + fmaxf(0, specular[k] - 0.04f * x));
+    }
+    if (qw_json_member(&r->json, e, "specularGlossinessTexture") != QW_NONE)
+        qw_note_material(r->env, &r->list, "material \"%.40s\": its picture of mirrored colours and gloss is left out",
+                         r->name);
+}
+
+static void read_extensions(reader *r, uint32_t m, qw_material *a)
+{
+    const qw_json_doc *j = &r->json;
+    uint32_t all = qw_json_member(j, m, "extensions"), key = all + 1;
+    if (!qw_json_has_kind(j, all, QW_JSON_OBJECT)) return;
+    for (uint32_t i = 0; i < j->token[all].count; i++, key = j->token[key + 1].next) {
+        float strength = 1;
+        if (qw_json_reads(j, key, "KHR_materials_pbrSpecularGlossiness")) {
+            read_specular_glossiness(r, key + 1, a);
+        } else if (qw_json_reads(j, key, "KHR_materials_unlit")) {
+            a->is_unlit = true;
+        } else if (qw_json_reads(j, key, "KHR_materials_emissive_strength")) {
+            factor(r, key + 1, "emissiveStrength", qw_factor_upward, &strength);
+            for (int k = 0; k < 3; k++) a->emission[k] = fminf(a->emission[k] * strength, QW_MOST_FACTOR);
+        } else {
+            qw_note_material(r->env, &r->list, "material \"%.40s\": %.60s is left out, as maps have no place for it",
+                             r->name, qw_json_string(j, key));
+        }
+    }
 }
 
 static qw_material read_material(reader *r, uint32_t m)
@@ -164,6 +210,7 @@ static qw_material read_material(reader *r, uint32_t m)
     factor(r, qw_json_member(j, m, "normalTexture"), "scale", qw_factor_any, &a.normal_scale);
     a.alpha = mode == QW_NONE ? 0 : qw_json_reads(j, mode, "MASK") ? 1 : qw_json_reads(j, mode, "BLEND") ? 2 : 0;
     factor(r, m, "alphaCutoff", qw_factor_upward, &a.cutoff);
+    read_extensions(r, m, &a);
     a.double_sided = qw_json_has_kind(j, qw_json_member(j, m, "doubleSided"), QW_JSON_TRUE);
     return a;
 }
@@ -181,8 +228,10 @@ static void read_image(reader *r, uint32_t i)
     } else if (uri && strncmp(uri, "data:", 5) == 0) {
         r->list.image[i] = qw_gltf_fetch_uri(&d, uri, UINT32_MAX, false, media, &why);
     }
-    char name[32];
-    int size = snprintf(name, sizeof name, "image %u", i);
+    const char *own = qw_json_string(&r->json, qw_json_member(&r->json, image, "name"));
+    if (!own && uri && strncmp(uri, "data:", 5) != 0) own = uri;
+    char name[96];
+    int size = snprintf(name, sizeof name, own ? "image %u (%.60s)" : "image %u", i, own ? own : "");
     char *kept = QW_NEW(r->env, char, (size_t)size + 1);
     memcpy(kept, name, (size_t)size + 1);
     r->list.image_name[i] = kept;
@@ -194,7 +243,16 @@ static uint32_t count_of(const reader *r, uint32_t array)
     return qw_json_has_kind(&r->json, array, QW_JSON_ARRAY) ? r->json.token[array].count : 0;
 }
 
-qw_material_list qw_gltf_materials(qw_env *env, const qw_gltf_rest *rest)
+/* Marks the images of a material. */
+static void mark_images(const qw_material *m, uint8_t *is_wanted)
+{
+    const qw_texture *map[] = {&m->color_map,     &m->alpha_map,    &m->metallic_map, &m->roughness_map,
+                               &m->occlusion_map, &m->emission_map, &m->normal_map};
+    for (size_t i = 0; i < sizeof map / sizeof *map; i++)
+        if (map[i]->image != QW_NONE) is_wanted[map[i]->image] = 1;
+}
+
+qw_material_list qw_gltf_materials(qw_env *env, const qw_gltf_rest *rest, const uint8_t *used)
 {
     qw_pen text = {.env = env};
     reader r = {.env = env, .rest = rest};
@@ -210,11 +268,20 @@ qw_material_list qw_gltf_materials(qw_env *env, const qw_gltf_rest *rest)
     r.textures = qw_json_member(&r.json, 0, "textures"), r.samplers = qw_json_member(&r.json, 0, "samplers");
     r.images = qw_json_member(&r.json, 0, "images"), r.views = qw_json_member(&r.json, 0, "bufferViews");
     uint32_t materials = qw_json_member(&r.json, 0, "materials");
-    r.list.count = count_of(&r, materials), r.list.image_count = count_of(&r, r.images);
+    r.list.used = used, r.list.count = count_of(&r, materials), r.list.image_count = count_of(&r, r.images);
     r.list.image = QW_NEW_ZERO(env, qw_bytes, r.list.image_count);
-    r.list.image_name = QW_NEW(env, const char *, r.list.image_count);
-    for (uint32_t i = 0; i < r.list.image_count; i++) read_image(&r, i);
+    r.list.image_name = QW_NEW_ZERO(env, const char *, r.list.image_count);
     r.list.material = QW_NEW(env, qw_material, r.list.count);
-    for (uint32_t i = 0; i < r.list.count; i++) r.list.material[i] = read_material(&r, item(&r, materials, i));
+    uint8_t *is_wanted = QW_NEW_ZERO(env, uint8_t, r.list.image_count);
+    for (uint32_t i = 0; i < r.list.count; i++) {
+        uint32_t notes = r.list.note_count;
+        r.list.material[i] = read_material(&r, item(&r, materials, i));
+        if (used && !used[i]) r.list.note_count = notes; /* what is not seen is not spoken of */
+        if (!used || used[i]) mark_images(&r.list.material[i], is_wanted);
+    }
+    for (uint32_t i = 0; i < r.list.image_count; i++)
+        if (is_wanted[i]) read_image(&r, i);
+    if (count_of(&r, qw_json_member(&r.json, 0, "animations")) > 0)
+        qw_note_material(env, &r.list, "the animations of the input are not in the asset");
     return r.list;
 }

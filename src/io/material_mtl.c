@@ -14,6 +14,7 @@ typedef struct mtl {
     size_t capacity;
     qw_material *now; /* NULL: before the first, or one that no face has */
     const char *const *names;
+    bool has_d, has_picture; /* of the material that is read */
 } mtl;
 
 /* QW_ZEROS zeros follow. */
@@ -149,11 +150,10 @@ typedef struct map_row {
     const char *word;
     size_t at; /* in a material */
 } map_row;
-static const map_row map_rows[] = {{"map_Kd", offsetof(qw_material, color_map)},
-                                   {"map_Pr", offsetof(qw_material, roughness_map)},
-                                   {"map_Pm", offsetof(qw_material, metallic_map)},
-                                   {"map_Ke", offsetof(qw_material, emission_map)},
-                                   {"norm", offsetof(qw_material, normal_map)}};
+static const map_row map_rows[] = {
+    {"map_Kd", offsetof(qw_material, color_map)},     {"map_d", offsetof(qw_material, alpha_map)},
+    {"map_Pr", offsetof(qw_material, roughness_map)}, {"map_Pm", offsetof(qw_material, metallic_map)},
+    {"map_Ke", offsetof(qw_material, emission_map)},  {"norm", offsetof(qw_material, normal_map)}};
 
 static bool take_factor(mtl *m, const char *word, const char *value)
 {
@@ -167,16 +167,44 @@ static bool take_factor(mtl *m, const char *word, const char *value)
     return false;
 }
 
+/* Both may be there, d and 1 - d; d is meant the same by all who write it. */
+static void take_alpha(mtl *m, const char *word, const char *value)
+{
+    bool is_d = strcmp(word, "d") == 0, is_tr = strcmp(word, "Tr") == 0;
+    if (!is_d && !(is_tr && !m->has_d)) return;
+    if (is_d && strncmp(value, "-halo", 5) == 0) value += 5;
+    float x = is_d ? m->now->color[3] : 1 - m->now->color[3];
+    take_factors(m, word, value, qw_factor_share, &x, 1);
+    m->now->color[3] = is_d ? x : 1 - x, m->has_d |= is_d;
+    m->now->alpha = m->now->color[3] < 1 ? 2 : 0;
+}
+
 static void take_line(mtl *m, char *word, char *value)
 {
     if (strcmp(word, "newmtl") == 0) {
-        m->now = NULL;
+        m->now = NULL, m->has_d = m->has_picture = false;
         for (uint32_t i = 0; i < m->list.count; i++)
             if (strcmp(m->names[i], value) == 0) m->now = &m->list.material[i];
         return;
     }
-    if (!m->now || take_factor(m, word, value)) return;
-    if (strcmp(word, "d") == 0) take_factors(m, word, value, qw_factor_share, &m->now->color[3], 1);
+    if (!m->now) return;
+    if (strcmp(word, "Kd") == 0 && m->has_picture) {
+        float given[3] = {m->now->color[0], m->now->color[1], m->now->color[2]};
+        take_factor(m, word, value);
+        if (m->now->color[0] == 0 && m->now->color[1] == 0 && m->now->color[2] == 0)
+            memcpy(m->now->color, given, sizeof given);
+        return;
+    }
+    if (take_factor(m, word, value)) return;
+    take_alpha(m, word, value);
+    if (strcmp(word, "map_Kd") == 0) {
+        const float *c = m->now->color; /* as many write it who mean the picture alone */
+        if (c[0] == 0 && c[1] == 0 && c[2] == 0) m->now->color[0] = m->now->color[1] = m->now->color[2] = 1;
+        m->has_picture = true;
+    }
+    if (strcmp(word, "map_Bump") == 0 || strcmp(word, "map_bump") == 0 || strcmp(word, "bump") == 0)
+        qw_note_material(m->env, &m->list, "material \"%.40s\": %s is left out, as heights have no unit; norm is read",
+                         m->now->name, word);
     for (size_t i = 0; i < sizeof map_rows / sizeof *map_rows; i++)
         if (strcmp(word, map_rows[i].word) == 0)
             take_map(m, value, (qw_texture *)(void *)((char *)m->now + map_rows[i].at));

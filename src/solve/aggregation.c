@@ -98,8 +98,8 @@ static uint32_t sum_couplings(pairing *p, range rows, uint32_t pair)
     return count;
 }
 
-/* Pairs of pairs. A pair whose strong neighbours are all taken goes with the strongest that has room. Returns the
- * number of groups. */
+/* Pairs of pairs, packed: 2 * number + 1 where the pair's sign is turned against its group. A pair whose strong
+ * neighbours are all taken goes with the strongest that has room. Returns the number of groups. */
 static uint32_t join_pairs(pairing *p, range rows, uint32_t pair_end)
 {
     assert(rows.begin <= rows.end && rows.end <= p->l->n);

@@ -477,7 +477,8 @@ static void even_out(cutting *c)
     qw_free(c->env, edges), qw_free(c->env, longest);
 }
 
-/* Returns whether all polygons are sound. */
+/* Cuts all polygons beside the rims for the vertices that arcs want now. Returns whether all are sound; else the arcs
+ * beside those that are not are marked as bad, to be cut otherwise next time. */
 static bool cut_once(cutting *c)
 {
     bool sound = true;

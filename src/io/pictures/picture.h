@@ -1,4 +1,4 @@
-/* Pictures in memory, PNG files of them, and what is read of PNG, JPEG and WebP files. */
+/* Pictures in memory, PNG files of them, and what is read of PNG, JPEG, WebP, BMP and TGA files. */
 #ifndef QW_IO_PICTURES_PICTURE_H
 #define QW_IO_PICTURES_PICTURE_H
 
@@ -17,12 +17,12 @@ void qw_put_png(qw_env *env, const qw_picture *picture, qw_pen *pen);
 void qw_write_png(qw_env *env, const char *path, const qw_picture *picture);
 
 enum { QW_MOST_PIXELS_ALONG = 16384 };
-/* What the head of a PNG, JPEG or WebP file says of its size; false: it is none of them. */
+/* What the head of such a file says of its size; false: it is none of them. */
 bool qw_picture_size(qw_bytes bytes, uint32_t *width, uint32_t *height);
 bool qw_reads_webp(void); /* whether this build does */
-/* Reads a PNG, JPEG or WebP file; at NULL pixels it cannot be, and *why says so. Larger ones than QW_MOST_PIXELS_ALONG
-   are refused before memory is asked for. Without stb_image or libwebp those of theirs can't be read. In the caller's
-   scope. */
+/* Reads such a file; at NULL pixels it cannot be, and *why says so. Larger ones than QW_MOST_PIXELS_ALONG, and those
+   that inflate to more than their pixels take, are refused. Without stb_image or libwebp those of theirs can't be read.
+   In the caller's scope. */
 qw_picture qw_read_picture(qw_env *env, qw_bytes bytes, const char **why);
 
 #endif

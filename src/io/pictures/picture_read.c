@@ -1,4 +1,4 @@
-/* The one file that knows stb_image, for PNG and JPEG, and libwebp: what was not there when this was built
+/* The one file that knows stb_image, for PNG, JPEG, BMP and TGA, and libwebp: what was not there when this was built
  * (QW_HAVE_STB_IMAGE, QW_HAVE_WEBP) cannot be read, and everything else runs. stb_image decodes without instructions
  * that not every processor has; libwebp's pixels are the same with and without them.
  */
@@ -16,6 +16,8 @@
 #define STB_IMAGE_STATIC
 #define STBI_ONLY_PNG
 #define STBI_ONLY_JPEG
+#define STBI_ONLY_BMP
+#define STBI_ONLY_TGA
 #define STBI_NO_STDIO
 #define STBI_NO_SIMD
 #define STBI_NO_THREAD_LOCALS
@@ -61,14 +63,51 @@ static bool webp_size(qw_bytes b, uint32_t *width, uint32_t *height)
     return true;
 }
 
+static bool is_png(qw_bytes b)
+{
+    return b.size >= 33 && memcmp(b.at, "\x89PNG\r\n\x1a\n", 8) == 0 && memcmp(b.at + 12, "IHDR", 4) == 0;
+}
+
+static bool is_jpeg(qw_bytes b) { return b.size >= 4 && memcmp(b.at, "\xff\xd8", 2) == 0; }
+
+/* What the bytes are that this program does not read; NULL: who knows. */
+static const char *stranger(qw_bytes b)
+{
+    static const struct {
+        const char *magic, *why;
+        size_t size;
+    } row[] = {{"\xabKTX 20", "it is KTX2, which is not read", 7}, {"DDS ", "it is DDS, which is not read", 4},
+               {"II*\0", "it is TIFF, which is not read", 4},      {"MM\0*", "it is TIFF, which is not read", 4},
+               {"GIF8", "it is GIF, which is not read", 4},        {"#?RADIANCE", "it is HDR, which is not read", 10},
+               {"8BPS", "it is PSD, which is not read", 4}};
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++)
+        if (b.size >= row[i].size && memcmp(b.at, row[i].magic, row[i].size) == 0) return row[i].why;
+    return NULL;
+}
+
+/* BMP, and TGA, which has no signature: stb_image looks whether all of its head makes sense. */
+static bool other_size(qw_bytes b, uint32_t *width, uint32_t *height)
+{
+#ifdef QW_HAVE_STB_IMAGE
+    int w, h, channels;
+    if (stranger(b) || b.size > INT32_MAX || b.size < 18) return false;
+    if (!stbi_info_from_memory((const stbi_uc *)b.at, (int)b.size, &w, &h, &channels) || w < 0 || h < 0) return false;
+    *width = (uint32_t)w, *height = (uint32_t)h;
+    return true;
+#else
+    (void)b, (void)width, (void)height;
+    return false;
+#endif
+}
+
 bool qw_picture_size(qw_bytes b, uint32_t *width, uint32_t *height)
 {
     if (is_webp(b)) return webp_size(b, width, height);
-    if (b.size >= 24 && memcmp(b.at, "\x89PNG\r\n\x1a\n", 8) == 0 && memcmp(b.at + 12, "IHDR", 4) == 0) {
+    if (is_png(b)) {
         *width = big_endian(b.at + 16, 4), *height = big_endian(b.at + 20, 4);
         return true;
     }
-    if (b.size < 4 || memcmp(b.at, "\xff\xd8", 2) != 0) return false;
+    if (!is_jpeg(b)) return other_size(b, width, height);
     for (size_t at = 2; at + 9 < b.size;) { /* segments until that of the frame */
         uint32_t mark = (uint8_t)b.at[at + 1], size = big_endian(b.at + at + 2, 2);
         if ((uint8_t)b.at[at] != 0xff) return false;
@@ -86,23 +125,68 @@ bool qw_picture_size(qw_bytes b, uint32_t *width, uint32_t *height)
 }
 
 #ifdef QW_HAVE_STB_IMAGE
+/* Bytes of the rows of a PNG as they are deflated, each with its filter, in one pass or in the seven of an interlaced
+   one. */
+static uint64_t inflated_size(qw_bytes b)
+{
+    static const uint8_t channels[7] = {1, 0, 3, 1, 2, 0, 4},
+                         first[7][2] = {{0, 0}, {4, 0}, {0, 4}, {2, 0}, {0, 2}, {1, 0}, {0, 1}},
+                         step[7][2] = {{8, 8}, {8, 8}, {4, 8}, {4, 4}, {2, 4}, {2, 2}, {1, 2}};
+    uint32_t size[2] = {big_endian(b.at + 16, 4), big_endian(b.at + 20, 4)}, type = (uint8_t)b.at[25] % 7u;
+    uint64_t bits = (uint64_t)(uint8_t)b.at[24] * channels[type], sum = 0;
+    if (b.at[28] == 0) return size[1] * (1 + (size[0] * bits + 7) / 8);
+    for (int pass = 0; pass < 7; pass++) {
+        uint64_t n[2];
+        for (int k = 0; k < 2; k++)
+            n[k] = size[k] > first[pass][k] ? (size[k] - first[pass][k] + step[pass][k] - 1u) / step[pass][k] : 0;
+        if (n[0] > 0) sum += n[1] * (1 + (n[0] * bits + 7) / 8);
+    }
+    return sum;
+}
+
+/* Whether what is deflated in a PNG is as much as its pixels take and no more: stb_image would inflate all there is.
+   room: char[inflated_size]. */
+static bool inflates_to_its_size(qw_env *env, qw_bytes b, char *room, uint64_t size)
+{
+    char *joined = QW_NEW(env, char, b.size);
+    size_t held = 0;
+    for (size_t at = 8; at + 12 <= b.size;) {
+        uint64_t length = big_endian(b.at + at, 4);
+        if (length > b.size - at - 12) length = b.size - at - 12;
+        if (memcmp(b.at + at + 4, "IDAT", 4) == 0) memcpy(joined + held, b.at + at + 8, length), held += length;
+        at += 12 + length;
+    }
+    int written = size > INT32_MAX || held > INT32_MAX ? -1
+                                                       : stbi_zlib_decode_buffer(room, (int)size, joined, (int)held);
+    qw_free(env, joined);
+    return written >= 0 && (uint64_t)written == size;
+}
+
 /* Sets bits and pixels; false: it is broken. */
 static bool read_by_stb(qw_env *env, qw_bytes bytes, qw_picture *p)
 {
+    enum { JPEG_BYTES = 10, LEAST_BYTES = 4 }; /* that stb_image asks for beside its pixels, for each of them */
     int width, height, channels;
+    uint64_t more = is_png(bytes) ? inflated_size(bytes)
+                                  : (uint64_t)p->width * p->height * (is_jpeg(bytes) ? JPEG_BYTES : LEAST_BYTES);
     bool wide = stbi_is_16_bit_from_memory((const stbi_uc *)bytes.at, (int)bytes.size) != 0;
     p->bits = wide ? 16 : 8;
-    /* what is kept is asked for first, so that a limit of the host's memory is met before the decoder runs */
-    void *pixels = qw_alloc(env, (size_t)p->width * p->height, 4 * (size_t)p->bits / 8);
-    void *decoded = bytes.size > INT32_MAX ? NULL
-                    : wide ? (void *)stbi_load_16_from_memory((const stbi_uc *)bytes.at, (int)bytes.size, &width,
-                                                              &height, &channels, 4)
+    /* what is kept, and as much as the decoder takes beside it, is asked for first, so that a limit of the host's
+       memory is met before it runs */
+    size_t size = (size_t)p->width * p->height * 4 * p->bits / 8;
+    void *pixels = qw_alloc(env, size, 1);
+    char *room = qw_alloc(env, size + more, 1);
+    bool is_broken = bytes.size > INT32_MAX || (is_png(bytes) && !inflates_to_its_size(env, bytes, room, more));
+    void *decoded = is_broken ? NULL
+                    : wide    ? (void *)stbi_load_16_from_memory((const stbi_uc *)bytes.at, (int)bytes.size, &width,
+                                                                 &height, &channels, 4)
                            : (void *)stbi_load_from_memory((const stbi_uc *)bytes.at, (int)bytes.size, &width, &height,
                                                            &channels, 4);
     if (decoded && ((uint32_t)width != p->width || (uint32_t)height != p->height))
         stbi_image_free(decoded), decoded = NULL;
+    qw_free(env, room);
     if (decoded) {
-        memcpy(pixels, decoded, (size_t)p->width * p->height * 4 * p->bits / 8);
+        memcpy(pixels, decoded, size);
         stbi_image_free(decoded);
         p->pixels = pixels;
         return true;
@@ -141,7 +225,7 @@ bool qw_reads_webp(void)
 qw_picture qw_read_picture(qw_env *env, qw_bytes bytes, const char **why)
 {
     qw_picture p = {.channels = 4};
-    *why = "it is neither PNG nor JPEG nor WebP";
+    *why = stranger(bytes) ? stranger(bytes) : "it is neither PNG, JPEG, WebP, BMP nor TGA, or it is cut off";
     if (!qw_picture_size(bytes, &p.width, &p.height)) return p;
     *why = "it is larger than 16384 x 16384 pixels, or has none";
     if (p.width > QW_MOST_PIXELS_ALONG || p.height > QW_MOST_PIXELS_ALONG || !p.width || !p.height) return p;
@@ -157,7 +241,7 @@ qw_picture qw_read_picture(qw_env *env, qw_bytes bytes, const char **why)
 #ifdef QW_HAVE_STB_IMAGE
     (void)read_by_stb(env, bytes, &p);
 #else
-    *why = "this build reads neither PNG nor JPEG (stb_image.h was not found)";
+    *why = "this build reads neither PNG nor JPEG, BMP and TGA (stb_image.h was not found)";
 #endif
     (void)env;
     return p;

@@ -31,9 +31,7 @@ typedef struct qw_flat {
    set. In the caller's scope. */
 qw_flat qw_flat_of(qw_env *env, const qw_atlas_mesh *mesh, const uint32_t *face, uint32_t count, uint32_t *local);
 
-/* Whether it is a disk, or one with holes: then what is counter-clockwise and has a boundary that crosses nothing
-   covers no point twice. The turnings of the loops sum up to the Euler number, so that one is counter-clockwise and all
-   others are not, and a point is covered as often as the first goes around it less the others. */
+/* Whether it is a disk, or one with holes. */
 bool qw_flat_is_planar(const qw_flat *flat);
 
 /* Tutte 1963, of a disk: the boundary on a circle, each other vertex at the mean of its neighbours. No triangle is
@@ -63,8 +61,10 @@ typedef struct qw_stretch {
 } qw_stretch;
 qw_stretch qw_flat_stretch(const qw_flat *flat);
 
-/* Whether triangles and boundary cross nothing, exactly, of the coordinates rounded to whole multiples of `grid`: then
-   no two points of the chart lie at one place. */
+/* Whether no two points of the chart lie at one place, exactly, of the coordinates rounded to whole multiples of
+   `grid`: all triangles and one loop of the boundary are counter-clockwise, and the boundary crosses nothing. A point
+   is covered as often as loops go around it, so that a second such loop would cover what it holds twice; where the
+   boundary turns by more than 360 degrees at a vertex there may be one. */
 bool qw_flat_is_simple(qw_env *env, const qw_flat *flat, double grid);
 
 #endif

@@ -103,6 +103,23 @@ bool qw_segments_meet(qw_env *env, const qw_grid_point *p, const uint32_t *from,
     return meet;
 }
 
+static bool is_before(qw_grid_point a, qw_grid_point b) { return a.x != b.x ? a.x < b.x : a.y < b.y; }
+
+/* Loops that run counter-clockwise, of a boundary that crosses nothing: each turns as it does at its leftmost, and
+   there lowest, vertex. */
+static uint32_t count_outlines(const qw_flat *t, const qw_grid_point *p)
+{
+    uint32_t count = 0;
+    for (uint32_t begin = 0, end; begin < t->rim_count; begin = end) {
+        uint32_t least = begin;
+        for (end = begin; end == begin || t->rim_to[end - 1] != t->rim[begin]; end++)
+            if (is_before(p[t->rim[end]], p[t->rim[least]])) least = end;
+        uint32_t before = t->rim[least > begin ? least - 1 : end - 1];
+        count += qw_grid_turn(p[before], p[t->rim[least]], p[t->rim_to[least]]) > 0;
+    }
+    return count;
+}
+
 bool qw_flat_is_simple(qw_env *env, const qw_flat *t, double grid)
 {
     qw_scope_begin(env);
@@ -115,7 +132,7 @@ bool qw_flat_is_simple(qw_env *env, const qw_flat *t, double grid)
     }
     for (uint32_t f = 0; f < t->triangle_count && simple; f++)
         simple = qw_grid_turn(p[t->corner[3 * f]], p[t->corner[3 * f + 1]], p[t->corner[3 * f + 2]]) > 0;
-    if (simple) simple = !qw_segments_meet(env, p, t->rim, t->rim_to, t->rim_count);
+    if (simple) simple = !qw_segments_meet(env, p, t->rim, t->rim_to, t->rim_count) && count_outlines(t, p) == 1;
     qw_scope_end(env);
     return simple;
 }

@@ -93,19 +93,33 @@ static bool can_see(const qw_look *l, const qw_texture *t)
     return t->image < l->list->image_count && l->picture[t->image].pixels && t->set < QW_MOST_SETS && l->uv[t->set];
 }
 
+/* Of one material for all: what is cut off at several thresholds is so at one half. */
+static void join_alphas(qw_look *l, const qw_material *m, bool is_first)
+{
+    if (m->alpha == 1 && l->cutoff >= 0 && l->cutoff != m->cutoff) l->cutoff = 0.5f;
+    else if (m->alpha == 1) l->cutoff = m->cutoff;
+    if (m->alpha > l->alpha) l->alpha = m->alpha;
+    l->is_unlit = (is_first || l->is_unlit) && m->is_unlit;
+    for (int k = 0; k < 3; k++) l->brightest = fmaxf(l->brightest, m->emission[k]);
+}
+
 static void find_kinds(qw_look *l)
 {
-    l->has_color = l->color != NULL;
+    bool is_first = true;
+    l->has_color = l->color != NULL, l->cutoff = -1, l->brightest = 1;
     for (uint32_t i = 0; i < l->list->count; i++) {
         const qw_material *m = &l->list->material[i];
+        if (!qw_is_used(l->list, i)) continue;
+        join_alphas(l, m, is_first), is_first = false;
+        l->has_color |= can_see(l, &m->alpha_map) || (m->alpha > 0 && m->color[3] != 1);
         l->has_color |= can_see(l, &m->color_map) || m->color[0] != 1 || m->color[1] != 1 || m->color[2] != 1;
         l->has_roughness |= can_see(l, &m->roughness_map) || can_see(l, &m->metallic_map) ||
                             m->roughness != l->list->material[0].roughness ||
                             m->metallic != l->list->material[0].metallic;
         l->has_occlusion |= can_see(l, &m->occlusion_map);
         l->has_emission |= m->emission[0] + m->emission[1] + m->emission[2] > 0;
-        l->has_alpha |= m->alpha != 0;
     }
+    if (l->cutoff < 0) l->cutoff = 0.5f;
 }
 
 qw_look qw_begin_look(qw_env *env, const qw_source *source, const qw_attribute *attributes, uint32_t count,
@@ -230,10 +244,20 @@ static void see_factors(const qw_look *l, const qw_material *m, uint32_t triangl
         sample(l, &m->occlusion_map, triangle, w, 1, false, one);
         s->occlusion = 1 + m->occlusion_strength * (one[0] - 1);
     }
-    memcpy(s->emission, m->emission, sizeof s->emission);
+    for (int c = 0; c < 3; c++) s->emission[c] = m->emission[c] / l->brightest;
     if (!can_see(l, &m->emission_map)) return;
     sample(l, &m->emission_map, triangle, w, 3, true, one);
     for (int c = 0; c < 3; c++) s->emission[c] *= one[c];
+}
+
+/* As what is written shows it: opaque is 1, and what is cut off is so at its own threshold. */
+static float shown_alpha(const qw_look *l, const qw_material *m, float alpha)
+{
+    if (m->alpha == 0) return 1;
+    if (m->alpha == 2 || l->cutoff == m->cutoff) return m->alpha == 1 && l->alpha == 2 ? alpha >= m->cutoff : alpha;
+    if (l->alpha == 2) return alpha >= m->cutoff;
+    return alpha < m->cutoff ? alpha / m->cutoff * l->cutoff
+                             : l->cutoff + (alpha - m->cutoff) * (1 - l->cutoff) / fmaxf(1 - m->cutoff, 1e-6f);
 }
 
 static void see_color(const qw_look *l, const qw_material *m, uint32_t triangle, const float w[3], float color[4])
@@ -244,6 +268,9 @@ static void see_color(const qw_look *l, const qw_material *m, uint32_t triangle,
         sample(l, &m->color_map, triangle, w, 4, true, one);
         for (int c = 0; c < 4; c++) color[c] *= one[c];
     }
+    if (can_see(l, &m->alpha_map))
+        sample(l, &m->alpha_map, triangle, w, 1, false, one), color[3] = m->color[3] * one[0];
+    color[3] = shown_alpha(l, m, color[3]);
     for (uint32_t c = 0; c < 3 && l->color; c++) {
         float sum = 0;
         for (uint32_t k = 0; k < 3; k++)

@@ -18,7 +18,10 @@ typedef struct qw_look {
     const qw_picture *picture; /* qw_picture[list->image_count] */
     const float *linear;       /* float[256]: of 8 bits of sRGB */
     qw_material plain;         /* of faces without a material */
-    bool has_color, has_roughness, has_emission, has_occlusion, has_alpha;
+    bool has_color, has_roughness, has_emission, has_occlusion, is_unlit;
+    /* of what is written: 0 all of it opaque, 1 cut off below cutoff, 2 blended */
+    int alpha;
+    float cutoff, brightest; /* brightest: the largest emission, at least 1; what is seen is a share of it */
 } qw_look;
 
 /* attributes: of the input. list: with its pictures decoded; all refers to them. In the caller's scope. */
@@ -28,7 +31,7 @@ qw_look qw_begin_look(qw_env *env, const qw_source *source, const qw_attribute *
 typedef struct qw_seen {
     float color[4]; /* linear, and alpha */
     float occlusion, roughness, metallic;
-    float emission[3]; /* linear */
+    float emission[3]; /* linear, of the brightest */
     qw_vec3 normal;    /* unit */
 } qw_seen;
 qw_seen qw_look_at(const qw_look *look, uint32_t triangle, const float weight[3]);

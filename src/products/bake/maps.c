@@ -423,7 +423,7 @@ static void begin_pictures(qw_env *env, baker *b)
         qw_picture *p = &b->made->picture[i];
         *p = (qw_picture){
             .width = b->texels, .height = b->texels, .channels = layout[map].channels, .bits = layout[map].bits};
-        if (map == QW_MAP_COLOR && !b->look->has_alpha) p->channels = 3;
+        if (map == QW_MAP_COLOR && b->look->alpha == 0) p->channels = 3;
         p->pixels = qw_alloc_zero(env, (size_t)p->width * p->height, p->channels * p->bits / 8);
     }
 }

@@ -8,7 +8,8 @@
  * angle on machined parts and 17 to 35 % on statues, animals and noise.
  *
  * A surface of few large facets has no rows of triangles beside its creases: where nearly all of its turn lies in sharp
- * edges they all stay.
+ * edges they all stay, and shallower ones above 25 degrees join them: without these relaxation rounds them off, and
+ * what is flat beside them hangs through.
  *
  * Stairs of voxels and of quantised heights are no creases where their steps are as small as the quads (stairs.h).
  *
@@ -24,6 +25,7 @@
 #include "base/mechanisms.h"
 #include "base/constants.h"
 #include "base/elementary.h"
+#include "base/sets.h"
 #include "remesh/features/stairs.h"
 
 #include <assert.h>
@@ -443,6 +445,48 @@ static bool is_all_creases(const creases *c, const sharpness *s, float quad_edge
     return sharp >= FACET_TURN * all;
 }
 
+/* Whether an unmarked edge is as sharp as what creases grow along. */
+static bool is_shallow(const creases *c, uint32_t h)
+{
+    return c->mesh->twin[h] != QW_NONE && !c->mesh->mark[h] && c->cosine[h] < GROW_COSINE;
+}
+
+static bool are_in_line(const qw_trimesh *mesh, uint32_t g, uint32_t h)
+{
+    qw_vec3 a = mesh->position[mesh->corner[g]], along = direction(mesh, g);
+    float length = qw_edge_length(mesh, h), most = (1 - GROW_COSINE) * length;
+    return qw_length(qw_reject(qw_sub(mesh->position[mesh->corner[h]], a), along)) <= most &&
+           qw_length(qw_reject(qw_sub(mesh->position[mesh->corner[qw_next(h)]], a), along)) <= most;
+}
+
+/* On a surface of facets, most of them between sharp edges, those between two facets of which one has no other shallow
+   edge than along the same line are creases too: a roof that is less steep than the walls. The facets of a coarse
+   cylinder have two each. */
+static void add_shallow_creases(qw_env *env, creases *c)
+{
+    const qw_trimesh *mesh = c->mesh;
+    uint32_t *facet = QW_NEW(env, uint32_t, mesh->face_count), *only = QW_NEW(env, uint32_t, mesh->face_count);
+    uint8_t *has_more = QW_NEW_ZERO(env, uint8_t, mesh->face_count);
+    qw_sets_begin(facet, mesh->face_count);
+    memset(only, 0xff, mesh->face_count * sizeof *only);
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++)
+        if (mesh->twin[h] != QW_NONE && !mesh->mark[h] && !is_shallow(c, h))
+            qw_join_sets(facet, h / 3, mesh->twin[h] / 3);
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
+        if (!is_shallow(c, h)) continue;
+        uint32_t f = qw_set_of(facet, h / 3);
+        if (only[f] == QW_NONE) only[f] = h;
+        has_more[f] |= !are_in_line(mesh, only[f], h);
+    }
+    uint8_t *joins = QW_NEW_ZERO(env, uint8_t, 3 * (size_t)mesh->face_count);
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++)
+        joins[h] = is_shallow(c, h) &&
+                   !(has_more[qw_set_of(facet, h / 3)] && has_more[qw_set_of(facet, mesh->twin[h] / 3)]);
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++)
+        if (joins[h] && h < mesh->twin[h]) mark_edge(c, h);
+    qw_free(env, joins), qw_free(env, has_more), qw_free(env, only), qw_free(env, facet);
+}
+
 static void find_creases(qw_env *env, creases *c, float quad_edge)
 {
     assert(c->mesh->mark && c->cosine && c->degree);
@@ -450,8 +494,10 @@ static void find_creases(qw_env *env, creases *c, float quad_edge)
     grow_ends(c);
     drop_tails(c);
     sharpness s = measure_sharpness(env, c);
+    bool is_all = is_all_creases(c, &s, quad_edge);
+    if (is_all) add_shallow_creases(env, c);
     if (is_noise(c, &s, quad_edge)) memset(c->mesh->mark, 0, 3 * (size_t)c->mesh->face_count);
-    else drop_networks(env, c, quad_edge, is_all_creases(c, &s, quad_edge));
+    else drop_networks(env, c, quad_edge, is_all);
 }
 
 int64_t qw_find_features(qw_env *env, qw_trimesh *mesh, double angle, float quad_edge, double *used)

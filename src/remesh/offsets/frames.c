@@ -18,7 +18,7 @@ static const float ENOUGH = 0.7f;
 typedef struct framing {
     qw_offset_mesh *m;
     const uint8_t *turn; /* uint8_t[edge_count] */
-    int8_t *lack;        /* int8_t[face_count]: quarter turns that a triangle's cone lacks */
+    int8_t *index_of;    /* int8_t[face_count]: index of each triangle, the quarter turns that its cone lacks */
     uint8_t *cone;       /* uint8_t[face_count]: corner on which they are laid */
 } framing;
 
@@ -70,13 +70,14 @@ static void lay_turn(framing *g, uint32_t f, uint32_t c)
         m->rot[h] = (uint8_t)((forward ? row[i].tail_turn : row[i].head_turn + 2) & 3u);
     }
     g->cone[f] = (uint8_t)c;
-    m->index[m->corner[hc]] = (int8_t)(m->index[m->corner[hc]] + g->lack[f]);
+    m->index[m->corner[hc]] = (int8_t)(m->index[m->corner[hc]] + g->index_of[f]);
 }
 
-static void lay_elsewhere(framing *g, uint32_t f, uint32_t c)
+/* Takes the turn of triangle f off the vertex that has it, and lays it on corner c. */
+static void move_turn_to(framing *g, uint32_t f, uint32_t c)
 {
     uint32_t v = g->m->corner[3 * f + g->cone[f]];
-    g->m->index[v] = (int8_t)(g->m->index[v] - g->lack[f]);
+    g->m->index[v] = (int8_t)(g->m->index[v] - g->index_of[f]);
     lay_turn(g, f, c);
 }
 
@@ -142,7 +143,7 @@ static float cost_of(const qw_offset_mesh *m, const sector *s)
 static void lay_chosen(framing *g, const sector *s, const uint8_t *before, unsigned chosen)
 {
     for (uint32_t i = 0; i < s->count; i++)
-        lay_elsewhere(g, s->out[i] / 3, chosen >> i & 1u ? s->out[i] % 3 : before[i]);
+        move_turn_to(g, s->out[i] / 3, chosen >> i & 1u ? s->out[i] % 3 : before[i]);
 }
 
 /* Lays the missing quarter turns of a sector on those of its triangles' vertices with which the sector between two
@@ -158,7 +159,7 @@ static void repair_sector(framing *g, uint32_t first, uint32_t last, float angle
     if (quarters > 0 && fabsf((float)quarters - angle) <= ENOUGH) return;
     for (uint32_t h = first;; h = m->twin[qw_prev(h)]) {
         uint32_t f = h / 3, v = m->corner[3 * f + g->cone[f]];
-        if (g->lack[f] && m->constraint[v] != QW_VERTEX_CORNER &&
+        if (g->index_of[f] && m->constraint[v] != QW_VERTEX_CORNER &&
             s.count < MOST_MOVED) { /* turns on another corner stay there */
             s.out[s.count] = h, s.cone[s.count] = v, before[s.count] = g->cone[f];
             s.count++;
@@ -282,8 +283,8 @@ void qw_set_frames(qw_env *env, qw_offset_mesh *m, const uint8_t *turn, bool at_
         unsigned around = (12u - turn_back(&g, 3 * f) - turn_back(&g, 3 * f + 1) - turn_back(&g, 3 * f + 2)) & 3u;
         /* around the triangle, counter-clockwise, the frame comes back turned by this: the cone lacks as many
            quarter turns */
-        g.lack[f] = (int8_t)(around == 3 ? -1 : (int)around);
-        lay_turn(&g, f, around ? choose_cone(m, f, g.lack[f]) : 0);
+        g.index_of[f] = (int8_t)(around == 3 ? -1 : (int)around);
+        lay_turn(&g, f, around ? choose_cone(m, f, g.index_of[f]) : 0);
     }
     uint32_t *start = curve_starts(env, m);
     at_corners = at_corners && qw_uses(env, QW_MECH_CORNER_FRAMES);
@@ -295,5 +296,5 @@ void qw_set_frames(qw_env *env, qw_offset_mesh *m, const uint8_t *turn, bool at_
         if (m->fixed[m->edge[h]] && m->constraint[m->corner[h]] == QW_VERTEX_CORNER &&
             m->constraint[m->corner[qw_next(h)]] == QW_VERTEX_CORNER)
             qw_did(env, QW_MECH_QUARTERS_EXCHANGED, exchange_quarter(&g, h));
-    qw_free(env, start), qw_free(env, g.lack), qw_free(env, g.cone);
+    qw_free(env, start), qw_free(env, g.index_of), qw_free(env, g.cone);
 }

@@ -289,7 +289,8 @@ static void *longer(qw_env *env, const void *from, size_t count, size_t more, si
     return to;
 }
 
-/* Makes what lies within the tip's length of a vertex open, but for what has grown. */
+/* Opens what lies within `length` of a tip along edges (Dijkstra): a protrusion that the quads leave out. Pieces that
+ * have grown, or are another's, stay as they are. */
 static void open_tip(protrusions *l, uint32_t from, float length)
 {
     const qw_trimesh *m = l->surface;
