@@ -44,7 +44,8 @@ static double cost_around(const qw_step_search *s, uint32_t v, double most)
 
 static void put(const qw_step_search *s, uint32_t v, const qw_spot *spot)
 {
-    s->position[v] = qw_v3_of_doubles(spot->at);
+    if (s->position) s->position[v] = qw_v3_of_doubles(spot->at);
+    else memcpy(s->place + 3 * (size_t)v, spot->at, sizeof spot->at);
     if (s->put) s->put(s->user, v, spot);
 }
 
@@ -69,14 +70,14 @@ static bool step_once(const qw_step_search *s, uint32_t v, double length, const 
     return found;
 }
 
-/* Moves v to the best spot, and it sleeps. Returns whether that costs less. */
-static bool search_vertex(const qw_step_search *s, uint32_t v)
+bool qw_search_vertex(const qw_step_search *s, uint32_t v)
 {
-    assert(s->lengths > 0 && s->position);
+    assert(s->lengths > 0 && (s->position != NULL) != (s->place != NULL));
     qw_spot here = {.on = QW_NONE};
     qw_vec3 axis[2];
     s->awake[v] = 0;
-    qw_to_doubles(s->position[v], here.at);
+    if (s->position) qw_to_doubles(s->position[v], here.at);
+    else memcpy(here.at, s->place + 3 * (size_t)v, sizeof here.at);
     double length = s->frame(s->user, v, &here, axis);
     if (!(length > 0)) return false;
     double least = cost_around(s, v, INFINITY);
@@ -85,7 +86,7 @@ static bool search_vertex(const qw_step_search *s, uint32_t v)
     return found;
 }
 
-static void wake_around(const qw_step_search *s, uint32_t v)
+void qw_wake_around(const qw_step_search *s, uint32_t v)
 {
     for (uint32_t i = s->begin[v]; i < s->begin[v + 1]; i++)
         for (uint32_t k = 0; k < 4; k++) s->awake[s->corner[(s->around[i] & ~3u) + k]] = 1;
@@ -96,8 +97,8 @@ bool qw_search_all(const qw_step_search *s, const uint32_t *vertex, uint32_t cou
     bool any = false;
     for (uint32_t i = 0; i < count; i++) {
         uint32_t v = vertex ? vertex[i] : i;
-        if (!s->awake[v] || !search_vertex(s, v)) continue;
-        wake_around(s, v), any = true;
+        if (!s->awake[v] || !qw_search_vertex(s, v)) continue;
+        qw_wake_around(s, v), any = true;
     }
     return any;
 }

@@ -138,7 +138,7 @@ static void square(qw_env *env, squaring *s, const uint8_t *mobility, const uint
     for (uint32_t v = 0; v < n; v++)
         if (chosen ? chosen[v] && mobility[v] != QW_STAYS : mobility[v] == QW_MOVES) list[count++] = v;
     uint8_t *awake = memset(QW_NEW(env, uint8_t, n), 1, n);
-    const qw_step_search search = {s->q->corner, s->q->position, s->begin, s->leaving, awake, LENGTHS, s,
+    const qw_step_search search = {s->q->corner, s->q->position, NULL,     s->begin, s->leaving, awake, LENGTHS, s,
                                    frame_of,     land,           put_spot, cost_at};
     bool any = true;
     for (int sweep = 0; sweep < SWEEPS && any; sweep++) {

@@ -411,6 +411,8 @@ static void find_tangent_rows(void *user)
     qw_free(w->env, seen), qw_free(w->env, row);
 }
 
+static void put_one(void *user, uint32_t v, double p[3]) { project(user, v, p); }
+
 static void project_all(void *user)
 {
     const holding *w = user;
@@ -498,7 +500,7 @@ uint32_t qw_put_on_primitives(qw_env *env, qw_quadmesh *quads, double *place, co
         qw_did(env, QW_MECH_EVEN_ROWS, 1);
         w.most = 1; /* what goes along with circles is off as far as these turn */
         qw_even_rows(env, quads,
-                     &(qw_held){w.item, w.item_count, w.of, w.edge, w.place, project_all, find_tangent_rows,
+                     &(qw_held){w.item, w.item_count, w.of, w.edge, w.place, project_all, put_one, find_tangent_rows,
                                 leave_tangent, w.on_tangent, &w});
         project_all(&w);
     }

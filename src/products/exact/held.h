@@ -15,10 +15,11 @@ typedef struct qw_held {
     uint32_t (*of)[2]; /* uint32_t[vertices][2]: primitives that a vertex lies on, or QW_NONE; the first first */
     const float *edge; /* float[vertices]: mean length of the edges there */
     double *place;     /* double[vertices][3] */
-    void (*settle)(void *user);                    /* puts all places onto their primitives again */
-    void (*find_tangents)(void *user);             /* puts rows along tangents onto these, and marks them */
-    void (*leave_tangent)(void *user, uint32_t v); /* of what it was before */
-    const uint8_t *on_tangent;                     /* uint8_t[vertices] */
+    void (*settle)(void *user);                           /* puts all places onto their primitives again */
+    void (*put)(void *user, uint32_t v, double place[3]); /* puts one there */
+    void (*find_tangents)(void *user);                    /* puts rows along tangents onto these, and marks them */
+    void (*leave_tangent)(void *user, uint32_t v);        /* of what it was before */
+    const uint8_t *on_tangent;                            /* uint8_t[vertices] */
     void *user;
 } qw_held;
 

@@ -1,6 +1,8 @@
 #include "products/exact/rows.h"
 
 #include "geometry/go_back.h"
+#include "base/mechanisms.h"
+#include "products/exact/ease.h"
 #include "base/elementary.h"
 
 #include <assert.h>
@@ -485,6 +487,19 @@ void qw_undo_bad(qw_env *env, const qw_quadmesh *q, double *place, const double 
     qw_go_back(env, &(qw_going_back){q, true, &u, find_worse, undo}, back);
 }
 
+/* Right angles again around what was moved: circles, lines and rows have their places. */
+static void ease(const evening *e)
+{
+    uint32_t n = e->quads->vertex_count;
+    if (!qw_uses(e->env, QW_MECH_EASED)) return;
+    qw_did(e->env, QW_MECH_EASED, 1);
+    uint8_t *stays = QW_NEW(e->env, uint8_t, n);
+    for (uint32_t v = 0; v < n; v++)
+        stays[v] = e->circle[v] != QW_NONE || (e->fixed[v] && e->curves[v] == 0) || e->held->on_tangent[v];
+    qw_ease_angles(e->env, e->quads, e->held, stays);
+    qw_free(e->env, stays);
+}
+
 void qw_even_rows(qw_env *env, const qw_quadmesh *quads, const qw_held *held)
 {
     assert(quads->twin && held->place);
@@ -510,9 +525,11 @@ void qw_even_rows(qw_env *env, const qw_quadmesh *quads, const qw_held *held)
     visit_lines(&e, true, straighten), visit_lines(&e, false, straighten);
     spread(&e, between);
     held->settle(held->user);
+    ease(&e);
     uint8_t *back = QW_NEW(env, uint8_t, n);
     qw_undo_bad(env, quads, held->place, before, 1e-12, back);
     for (uint32_t v = 0; v < n; v++)
         if (back[v] && held->on_tangent[v]) held->leave_tangent(held->user, v);
+    ease(&e);
     qw_scope_end(env);
 }

@@ -119,7 +119,7 @@ uint32_t qw_raise_jacobians(qw_env *env, qw_quadmesh *q, const qw_shape *shape, 
     r.rule = qw_find_rules(env, q, r.crease), r.edge = qw_edges_around(env, q);
     r.normal = qw_quadmesh_vertex_normals(env, q), r.was_good = QW_NEW(env, uint8_t, q->face_count);
     uint8_t *awake = QW_NEW(env, uint8_t, n), *marks = QW_NEW(env, uint8_t, n);
-    qw_step_search search = {q->corner, position, NULL, NULL, awake, LENGTHS, &r, frame_of, land, NULL, cost_at};
+    qw_step_search search = {q->corner, position, NULL, NULL, NULL, awake, LENGTHS, &r, frame_of, land, NULL, cost_at};
     qw_corners_at_vertices(env, q, &search.begin, &search.around);
     uint32_t *list = QW_NEW(env, uint32_t, n), count;
     q->position = position;

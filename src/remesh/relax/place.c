@@ -251,8 +251,8 @@ static void try_search(qw_repair_site *s, qw_window *p)
     look_up(s, p);
     memset(p->awake, 1, sizeof p->awake);
     place_search t = {s, p, FIRST_STEP, {0, 0, 0}, QW_NONE, 0};
-    const qw_step_search search = {p->corner, p->position, p->begin, p->around, p->awake, 1,
-                                   &t,        frame_of,    land,     put_spot,  cost_at};
+    const qw_step_search search = {p->corner, p->position, NULL,     p->begin, p->around, p->awake,
+                                   1,         &t,          frame_of, land,     put_spot,  cost_at};
     for (int i = 0; i < SWEEPS && t.step > LEAST_STEP && s->budget >= p->moving_count; i++) {
         if (qw_search_all(&search, p->moving, p->moving_count)) continue;
         t.step *= 0.5f;
