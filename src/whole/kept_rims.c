@@ -121,7 +121,8 @@ static uint32_t leave_out_odd(qw_run_state *run)
 /* Whether the rim between the region and the rest is cut anew. */
 static bool is_recut(const qw_run_state *run)
 {
-    return run->whole.steering->region && run->options.region_rim && run->options.symmetry == QW_SYMMETRY_NONE;
+    bool may_be_half = run->options.symmetry != QW_SYMMETRY_NONE && run->options.symmetry != QW_SYMMETRY_AUTO;
+    return run->whole.steering->region && run->options.region_rim && !may_be_half;
 }
 
 bool qw_keeps_rims(const qw_run_state *run) { return run->options.fix_boundary || run->whole.steering->region; }

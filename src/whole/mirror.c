@@ -6,7 +6,9 @@
 #include "whole/sizes.h"
 #include "geometry/bvh.h"
 #include "remesh/clean/marks.h"
+#include "remesh/features/features.h"
 #include "whole/half.h"
+#include "whole/kept_rims.h"
 #include "whole/one_sided.h"
 
 #include <assert.h>
@@ -31,7 +33,7 @@ static const char NO_ROOM[] =
 
 /* ---- planes */
 
-static bool is_auto(const qw_run_state *run) { return run->options.symmetry == QW_SYMMETRY_AUTO; }
+static bool is_found(const qw_run_state *run) { return qw_finds_plane(run->options.symmetry); }
 
 static bool is_one_sided(const qw_run_state *run) { return run->whole.clean.counts.one_sided_seam_edges > 0; }
 
@@ -46,7 +48,7 @@ static uint32_t find_planes(const qw_run_state *run, qw_mirror_search found[QW_M
         found[0] = (qw_mirror_search){qw_mirror_plane_of(normal, o->symmetry_offset), -1, -1, -1};
         return 1;
     }
-    int axis = is_auto(run) ? QW_NO_AXIS : (int)o->symmetry - QW_SYMMETRY_X;
+    int axis = is_found(run) ? QW_NO_AXIS : (int)o->symmetry - QW_SYMMETRY_X;
     return qw_find_mirror_planes(run->env, &run->whole.clean.mesh, &run->whole.clean.frame, axis, found);
 }
 
@@ -420,9 +422,10 @@ static bool use_plane(qw_run_state *run, const qw_mirror_search *found, uint32_t
 {
     side s = cut_surface(run, &found->plane, false);
     if (is_one_sided(run)) qw_fail(run->env, QW_UNSUPPORTED, -1, "%s", ONE_SIDED);
+    if (s.half.face_count == 0 && is_found(run)) return false;
     if (s.half.face_count == 0) qw_fail(run->env, QW_OPTION, -1, "the whole surface lies in the plane of symmetry");
     bool is_other = !is_like(run, &s.half);
-    if (is_other && is_auto(run)) return false;
+    if (is_other && is_found(run)) return false;
     if (is_other) qw_warn(run, OTHER_TOPOLOGY);
     take_side(run, &s, found, number);
     return true;
@@ -442,6 +445,26 @@ static bool is_steered_alike(qw_run_state *run, const qw_mirror_plane *plane)
     return false;
 }
 
+/* Sharp edges, in square roots of the area, of a surface that counts as smooth. */
+static const double SHARP = 0.1;
+/* How large quads are to tell sharp edges from noise, whatever count is asked for: of so many. */
+static const double QUADS = 1000;
+
+/* Quads cannot do on half of a part what they do on the whole where sharp edges cross the plane, run close beside it or
+   meet on it. */
+static bool has_sharp_edges(const qw_run_state *run)
+{
+    double used, angle = run->options.sharp_angle, square = sqrt(run->whole.area);
+    qw_scope_begin(run->env);
+    qw_trimesh surface = run->whole.clean.mesh;
+    surface.mark = NULL;
+    qw_find_features(run->env, &surface, angle < 0 ? -1.0 : angle * QW_PI / 180.0, (float)(square / sqrt(QUADS)),
+                     &used);
+    double length = qw_marked_length(&surface);
+    qw_scope_end(run->env);
+    return length > SHARP * square;
+}
+
 static void take_one_side_if_alike(qw_run_state *run)
 {
     qw_mirror_search found[QW_MOST_PLANES];
@@ -455,14 +478,19 @@ static void take_one_side_if_alike(qw_run_state *run)
         log_not_used(run, "no plane of symmetry was found");
         return;
     }
+    bool is_auto = run->options.symmetry == QW_SYMMETRY_AUTO;
+    if (is_auto && (qw_keeps_rims(run) || has_sharp_edges(run))) {
+        log_not_used(run, "sharp edges, or boundaries that stay, are better off without the plane of symmetry");
+        return;
+    }
     for (uint32_t i = run->plan.plane; i < count && found[i].most <= NEARLY; i++)
-        if (!is_steered_alike(run, &found[i].plane) || use_plane(run, &found[i], i)) return;
+        if ((is_auto && !is_steered_alike(run, &found[i].plane)) || use_plane(run, &found[i], i)) return;
     log_not_used(run, run->plan.plane > 0 ? NO_ROOM : NOT_USED);
 }
 
 void qw_take_one_side(qw_run_state *run)
 {
-    if (is_auto(run)) {
+    if (is_found(run)) {
         take_one_side_if_alike(run);
         return;
     }

@@ -2,13 +2,12 @@
 
 #include "geometry/bvh.h"
 #include "remesh/sizes/painted.h"
-#include "whole/kept_rims.h"
 
 #include <math.h>
 
-/* What is drawn by hand on both sides is alike within this share of the diagonal; what must be met vertex by vertex
-   within the second; densities within the third of their mean. */
-static const float DRAWN_ALIKE = 5e-3f, VERTEX_ALIKE = 1e-5f;
+/* What is drawn by hand on both sides is alike within this share of the diagonal, densities within the other of their
+   mean. */
+static const float DRAWN_ALIKE = 5e-3f;
 static const double DENSITY_ALIKE = 0.05;
 
 static qw_vec3 reflected_in_frame(const qw_run_state *run, const qw_mirror_plane *plane, const double p[3])
@@ -46,16 +45,16 @@ static void add_segment(segments *s, const double *p, const double *q)
     s->mirrored_to[s->count++] = reflected_in_frame(s->run, s->plane, q);
 }
 
-static bool are_alike(const segments *s, float near)
+static bool are_alike(const segments *s)
 {
     if (s->count == 0) return true;
     const qw_curve_tree *tree = qw_curve_tree_build(s->run->env, s->from, s->to, s->count);
     for (uint32_t i = 0; i < s->count; i++) {
         qw_vec3 middle = qw_scale(qw_add(s->mirrored_from[i], s->mirrored_to[i]), 0.5f);
         qw_heartbeat(s->run->env);
-        if (qw_curve_nearest(tree, s->mirrored_from[i], near).segment == QW_NONE ||
-            qw_curve_nearest(tree, middle, near).segment == QW_NONE ||
-            qw_curve_nearest(tree, s->mirrored_to[i], near).segment == QW_NONE)
+        if (qw_curve_nearest(tree, s->mirrored_from[i], DRAWN_ALIKE).segment == QW_NONE ||
+            qw_curve_nearest(tree, middle, DRAWN_ALIKE).segment == QW_NONE ||
+            qw_curve_nearest(tree, s->mirrored_to[i], DRAWN_ALIKE).segment == QW_NONE)
             return false;
     }
     return true;
@@ -69,7 +68,7 @@ static bool marks_are_alike(const qw_run_state *run, const qw_mirror_plane *plan
     for (uint32_t i = 0; i < in->mark_count; i++)
         add_segment(&s, in->position + 3 * (size_t)in->mark[2 * (size_t)i],
                     in->position + 3 * (size_t)in->mark[2 * (size_t)i + 1]);
-    return are_alike(&s, DRAWN_ALIKE);
+    return are_alike(&s);
 }
 
 static bool guides_are_alike(const qw_run_state *run, const qw_mirror_plane *plane)
@@ -80,23 +79,7 @@ static bool guides_are_alike(const qw_run_state *run, const qw_mirror_plane *pla
     for (uint32_t g = 0; g < st->guide_count; g++)
         for (uint32_t i = st->guide_begin[g]; i + 1 < st->guide_begin[g + 1]; i++)
             add_segment(&s, st->guide_point + 3 * (size_t)i, st->guide_point + 3 * (size_t)i + 3);
-    return are_alike(&s, DRAWN_ALIKE);
-}
-
-static bool boundaries_are_alike(const qw_run_state *run, const qw_mirror_plane *plane)
-{
-    const qw_trimesh *m = &run->whole.clean.mesh;
-    if (!qw_keeps_rims(run)) return true;
-    uint32_t count = 0;
-    for (uint32_t h = 0; h < 3 * m->face_count; h++) count += m->twin[h] == QW_NONE;
-    segments s = begin_segments(run, plane, count);
-    for (uint32_t h = 0; h < 3 * m->face_count; h++) {
-        double p[3];
-        if (m->twin[h] != QW_NONE) continue;
-        qw_place_in_input(&run->whole.clean, m->position[m->corner[h]], p);
-        add_segment(&s, p, p);
-    }
-    return are_alike(&s, VERTEX_ALIKE);
+    return are_alike(&s);
 }
 
 static bool densities_are_alike(const qw_run_state *run, const qw_mirror_plane *plane)
@@ -126,7 +109,6 @@ const char *qw_one_sided_steering(const qw_run_state *run, const qw_mirror_plane
     if (run->whole.steering->field_count > 0) what = "directions that were given";
     else if (!guides_are_alike(run, plane)) what = "guides";
     else if (!marks_are_alike(run, plane)) what = "marked edges";
-    else if (!boundaries_are_alike(run, plane)) what = "boundaries that stay";
     else if (!densities_are_alike(run, plane)) what = "densities";
     qw_scope_end(run->env);
     return what;

@@ -87,6 +87,7 @@ typedef struct plane_search {
     double diagonal;
     double *area_end;   /* double[face_count]: area of the triangles up to here */
     double (*point)[3]; /* double[JUDGED][3], of which every fourth is used in the rounds */
+    qw_vec3 *normal;    /* qw_vec3[JUDGED], unit */
     double (*near)[3];  /* the point of the surface nearest to each reflection */
     uint8_t *is_near;   /* uint8_t[JUDGED]: there is one within REACH */
     float *distance;    /* float[JUDGED], of the two; REACH where there is none */
@@ -109,6 +110,7 @@ static void place_samples(plane_search *s)
         s->point[i][0] = (double)a.x + u * (double)(b.x - a.x) + v * (double)(d.x - a.x);
         s->point[i][1] = (double)a.y + u * (double)(b.y - a.y) + v * (double)(d.y - a.y);
         s->point[i][2] = (double)a.z + u * (double)(b.z - a.z) + v * (double)(d.z - a.z);
+        s->normal[i] = qw_normalize(qw_face_cross(m, f));
     }
 }
 
@@ -148,11 +150,13 @@ static void reflect_samples(void *user, uint32_t block, uint32_t begin, uint32_t
     plane_search *s = t->s;
     uint32_t hint = QW_NONE;
     float reach = (float)(REACH * s->diagonal);
+    qw_vec3 across = qw_v3_of_doubles(t->plane->normal);
     for (uint32_t i = begin; i < end; i++) {
         double q[3];
+        qw_vec3 n = s->normal[i * t->step], reflected = qw_madd(n, -2 * qw_dot(n, across), across);
         qw_reflect(t->plane, s->point[i * t->step], q);
         qw_vec3 p = qw_v3((float)q[0], (float)q[1], (float)q[2]);
-        qw_hit hit = qw_bvh_nearest(s->bvh, p, qw_v3(0, 0, 0), -1, reach, hint);
+        qw_hit hit = qw_bvh_nearest(s->bvh, p, reflected, QW_SAME_SHEET, reach, hint);
         hint = hit.face;
         s->is_near[i] = hit.face != QW_NONE;
         s->distance[i] = s->is_near[i] ? sqrtf(hit.distance2) : reach;
@@ -343,7 +347,8 @@ uint32_t qw_find_mirror_planes(qw_env *env, const qw_trimesh *mesh, const qw_fra
     qw_scope_begin(env);
     plane_search s = {.env = env, .mesh = mesh, .bvh = qw_bvh_build(env, mesh)};
     s.area_end = QW_NEW(env, double, mesh->face_count);
-    s.point = qw_alloc(env, JUDGED, sizeof *s.point), s.near = qw_alloc(env, JUDGED, sizeof *s.near);
+    s.normal = QW_NEW(env, qw_vec3, JUDGED), s.point = qw_alloc(env, JUDGED, sizeof *s.point),
+    s.near = qw_alloc(env, JUDGED, sizeof *s.near);
     s.is_near = QW_NEW(env, uint8_t, JUDGED), s.distance = QW_NEW(env, float, JUDGED);
     measure_area(&s);
     place_samples(&s);

@@ -14,7 +14,21 @@ typedef struct qw_mirror_plane {
 enum { QW_NO_AXIS = 3 };
 
 /* The choices of the option `symmetry`, in its order. */
-enum { QW_SYMMETRY_NONE, QW_SYMMETRY_AUTO, QW_SYMMETRY_X, QW_SYMMETRY_Y, QW_SYMMETRY_Z, QW_SYMMETRY_PLANE };
+enum {
+    QW_SYMMETRY_NONE,
+    QW_SYMMETRY_AUTO,
+    QW_SYMMETRY_X,
+    QW_SYMMETRY_Y,
+    QW_SYMMETRY_Z,
+    QW_SYMMETRY_PLANE,
+    QW_SYMMETRY_ANY
+};
+
+/* Whether the plane is found, and not used where that costs something. */
+static inline bool qw_finds_plane(int64_t symmetry)
+{
+    return symmetry == QW_SYMMETRY_AUTO || symmetry == QW_SYMMETRY_ANY;
+}
 
 /* Of any length but 0 and finite. A normal along an axis gives a plane of that axis, whatever its sign. */
 qw_mirror_plane qw_mirror_plane_of(const double normal[3], double offset);

@@ -228,8 +228,8 @@ static void carry_marks(const qw_run_state *run, qw_mirrored *m, const qw_quadme
 bool qw_sides_differ(const qw_run_state *run)
 {
     double edge = run->rho * qw_whole_scale(run); /* in diagonals, as `far` is */
-    bool is_auto = run->options.symmetry == QW_SYMMETRY_AUTO;
-    return run->mirror.is_used && (run->options.symmetry_follow || (is_auto && run->mirror.far > ALIKE * edge));
+    bool is_found = qw_finds_plane(run->options.symmetry);
+    return run->mirror.is_used && (run->options.symmetry_follow || (is_found && run->mirror.far > ALIKE * edge));
 }
 
 void qw_reflect_core(qw_run_state *run, const qw_quadmesh *quads, const uint8_t *sewn, const double *position,

@@ -13,7 +13,7 @@ _quadwright() {
     --sharp) words="auto none marks ANGLE " ;;
     --flow) words="mf mf-mr mcf mcf-mr ilp closed " ;;
     --cost) words="plain geometric " ;;
-    --symmetry) words="none auto x y z plane " ;;
+    --symmetry) words="none auto x y z plane any " ;;
     --fit-to) words="quads limit " ;;
     --region-rim) words="keep free " ;;
     --fast) words="no draft preview " ;;
