@@ -32,7 +32,7 @@ static qw_quality quality_of(const shape *s, int64_t faces, double follow, int64
     qw_quality quality;
     qw_options_init(&options);
     options.faces = faces, options.adaptive = 0; /* the straight part as fine as the ends */
-    if (follow >= 0) options.follow = follow, options.loops = 0;
+    if (follow >= 0) options.follow = follow, options.loops = 0, options.symmetry = 0;
     assert_int_equal(qw_remesh(&view, &options, NULL, &result), QW_OK);
     quads = qw_result_mesh(result);
     assert_int_equal(qw_measure(&quads, &view, NULL, &topology, &quality), QW_OK);

@@ -23,7 +23,8 @@ typedef struct row {
     uint32_t best; /* an attempt, or QW_NO_ATTEMPT */
 } row;
 
-static const qw_request USUAL = {1000, 6, 1, 1, 1, 0, 0};
+static const qw_request USUAL = {
+    .faces_wanted = 1000, .faces_needed = 6, .is_closed = 1, .repairs = 1, .times_used = 1};
 
 /* Plays the rows against a history that begins anew, and leaves it for the caller to look at. */
 static qw_history play(qw_request request, const row *rows, size_t count)

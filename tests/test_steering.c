@@ -25,7 +25,7 @@ static void run(qw_context *context, int64_t faces)
 {
     qw_options options;
     qw_options_init(&options);
-    options.faces = faces;
+    options.faces = faces, options.symmetry = 0; /* which no field of one side would have */
     if (qw_run(context, &options) != QW_OK) fail_msg("%s", qw_message(context));
 }
 

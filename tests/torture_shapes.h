@@ -349,6 +349,6 @@ static inline shape torture_far(int k)
 }
 static inline shape torture_tiny(int k) { return torture_stretched(shape_double_frame(k), 1e-9, 1e-9, 1e-9); }
 static inline shape torture_least(int k) { return torture_stretched(shape_torus(k), 1e-300, 1e-300, 1e-300); }
-static inline shape torture_huge(int k) { return torture_stretched(shape_torus(k), 1e300, 1e300, 1e300); }
+static inline shape torture_huge(int k) { return torture_stretched(shape_torus(k), 5e299, 5e299, 5e299); }
 
 #endif

@@ -315,6 +315,7 @@ static void decide(qw_context_state *c, qw_stage stage, const qw_judgement *j)
                                       c->run.options.repair != 0,
                                       qw_times_used(&c->run),
                                       qw_finds_plane(c->run.options.symmetry),
+                                      c->run.options.symmetry == QW_SYMMETRY_AUTO,
                                       c->run.options.fast != QW_FAST_NO};
     qw_step step = qw_next_step(&c->history, stage);
     switch_retry(c, &step);

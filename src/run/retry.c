@@ -332,14 +332,16 @@ static qw_step after_assemble(const qw_history *h)
     qw_step step = {QW_RETRY_NO_ROOM, QW_NO_ATTEMPT, FIRST_PLAN};
     step.plan.plane = p->plane;
     if (!v->sides_apart && !v->sides_unlike && !v->count_off) return go_on(h->current);
-    if (v->sides_apart && !v->sides_unlike && p->room < qw_retry_rows[QW_RETRY_NO_ROOM].most) {
+    bool gives_up = h->request.symmetry_is_free && v->sides_apart;
+    if (v->sides_apart && !v->sides_unlike && !gives_up && p->room < qw_retry_rows[QW_RETRY_NO_ROOM].most) {
         double asked = fmax(h->request.faces_wanted, v->faces); /* there may be more already than were asked for */
         step.plan.room = p->room + 1;
         step.plan.core_faces = asked + ceil(MORE_ROOM * asked) * (1u << p->room);
         return step;
     }
     step.cause = QW_RETRY_PLANE;
-    step.plan.plane = v->sides_unlike && p->plane > 0 ? qw_retry_rows[QW_RETRY_PLANE].most : p->plane + 1;
+    gives_up |= v->sides_unlike && p->plane > 0;
+    step.plan.plane = gives_up ? qw_retry_rows[QW_RETRY_PLANE].most : p->plane + 1;
     bool may = h->request.planes && p->plane < qw_retry_rows[QW_RETRY_PLANE].most;
     return may ? step : go_on(h->current);
 }

@@ -73,10 +73,11 @@ typedef struct qw_request {
     double faces_wanted, faces_needed;
     /* flag: integers come from closed offsets; the paper's flows know no plan but the size factor */
     uint32_t is_closed;
-    uint32_t repairs;  /* flag: the option */
-    double times_used; /* of base/promise.h */
-    uint32_t planes;   /* flag: a plane of symmetry may be given up for another or none */
-    uint32_t hurries;  /* flag: the run does not go back for its coverage */
+    uint32_t repairs;          /* flag: the option */
+    double times_used;         /* of base/promise.h */
+    uint32_t planes;           /* flag: a plane of symmetry may be given up for another or none */
+    uint32_t symmetry_is_free; /* flag: it is, at once, where it costs quads */
+    uint32_t hurries;          /* flag: the run does not go back for its coverage */
 } qw_request;
 
 /* Seven rounds (one for the topology, one for protrusions, four for the coverage) of eleven attempts (one for inverted

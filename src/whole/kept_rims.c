@@ -340,12 +340,13 @@ static float *spacing_on_surface(const qw_run_state *run)
         from[i] = m->position[m->corner[rims.half[i]]], to[i] = m->position[m->corner[qw_next(rims.half[i])]];
     const qw_curve_tree *tree = qw_curve_tree_build(env, from, to, all);
     for (uint32_t v = 0; v < s->vertex_count; v++) at[v] = INFINITY;
+    bool any = false;
     for (uint32_t h = 0; h < 3 * s->face_count; h++)
         if (s->twin[h] == QW_NONE && !is_cut(run, h)) {
             uint32_t v = s->corner[h];
-            at[v] = spacing[qw_curve_nearest(tree, s->position[v], INFINITY).segment];
+            any = true, at[v] = spacing[qw_curve_nearest(tree, s->position[v], INFINITY).segment];
         }
-    return at;
+    return any ? at : NULL;
 }
 
 /* The sizes times a factor, but along the rims no more than so many of their edges, and growing from there. */

@@ -4,11 +4,14 @@
 #include "remesh/sizes/needs.h"
 #include "remesh/sizes/painted.h"
 #include "whole/sizes.h"
+#include "base/elementary.h"
 #include "geometry/bvh.h"
+#include "geometry/corners.h"
 #include "remesh/clean/marks.h"
+#include "remesh/features/feature_points.h"
 #include "remesh/features/features.h"
+#include "remesh/features/sharpen.h"
 #include "whole/half.h"
-#include "whole/kept_rims.h"
 #include "whole/one_sided.h"
 
 #include <assert.h>
@@ -365,12 +368,28 @@ static void take_half(qw_run_state *run, const qw_half *half)
     run->faces_needed = qw_faces_needed(env, &run->clean.mesh, &run->clean_census);
 }
 
+/* Of the components that are reflected, the distance that 99.9 % of them stay below when they are. */
+static double far_of_reflected(const qw_run_state *run, const qw_mirror_plane *plane, const uint8_t *single)
+{
+    const qw_trimesh *m = &run->whole.clean.mesh;
+    qw_scope_begin(run->env);
+    qw_trimesh rest = {.vertex_count = m->vertex_count, .position = m->position};
+    rest.corner = QW_NEW(run->env, uint32_t, 3 * (size_t)m->face_count);
+    for (uint32_t f = 0; f < m->face_count; f++)
+        if (!single[run->whole.census.component[f]])
+            memcpy(rest.corner + 3 * (size_t)rest.face_count++, m->corner + 3 * (size_t)f, 3 * sizeof *m->corner);
+    double far = qw_judge_mirror_plane(run->env, &rest, &run->whole.clean.frame, plane).far;
+    qw_scope_end(run->env);
+    return far;
+}
+
 /* Makes one side of the plane the core: surface, counts, steering, and what both sides together are to be. */
 static void take_side(qw_run_state *run, const side *s, const qw_mirror_search *found, uint32_t number)
 {
     const qw_half *half = &s->half;
     take_half(run, half);
     run->mirror = (qw_mirror){.is_used = 1, .number = number, .plane = half->plane, .far = found->far};
+    if (s->single) run->mirror.far = far_of_reflected(run, &half->plane, s->single);
     run->mirror.components = half->whole.components, run->mirror.boundary_loops = half->whole.boundary_loops;
     run->mirror.euler = half->whole.euler;
     run->mirror.single = single_of_core(run, s);
@@ -402,6 +421,7 @@ bool qw_take_other_side(qw_run_state *run)
     }
     take_half(run, &half);
     const qw_census *is = &run->clean_census;
+    if (run->mirror.single) return true; /* the core has more components, of any topology */
     return is->components == was.components && is->boundary_loops == was.boundary_loops && is->euler == was.euler;
 }
 
@@ -447,22 +467,50 @@ static bool is_steered_alike(qw_run_state *run, const qw_mirror_plane *plane)
 
 /* Sharp edges, in square roots of the area, of a surface that counts as smooth. */
 static const double SHARP = 0.1;
-/* How large quads are to tell sharp edges from noise, whatever count is asked for: of so many. */
+/* The edges of so many quads tell sharp edges from noise, whatever count is asked for. */
 static const double QUADS = 1000;
+/* A tip, or a corner of a boundary, lies on the plane if it is no farther from it, in diagonals. */
+static const double ON_PLANE = 0.01;
 
-/* Quads cannot do on half of a part what they do on the whole where sharp edges cross the plane, run close beside it or
-   meet on it. */
-static bool has_sharp_edges(const qw_run_state *run)
+/* Whether a boundary turns sharply within ON_PLANE of the plane. */
+static bool has_corner_on(const qw_run_state *run, const qw_trimesh *m, const qw_mirror_plane *plane)
+{
+    const float least_cosine = (float)qw_cos(QW_CORNER_ANGLE);
+    const qw_curve_ends *ends = qw_find_curve_ends(run->env, m, true);
+    for (uint32_t v = 0; v < m->vertex_count; v++) {
+        double p[3];
+        bool is_point = m->point && m->point[v];
+        if (!is_point && (ends[v].count == 0 || !qw_is_curve_corner(m, ends, v, least_cosine))) continue;
+        qw_place_in_input(&run->whole.clean, m->position[v], p);
+        if (fabs(qw_plane_height(plane, p)) * run->whole.clean.frame.scale < ON_PLANE) return true;
+    }
+    return false;
+}
+
+/* Half of a surface cannot be made into quads as well as the whole where sharp edges, found or sampled, run across the
+   plane or close beside it, and where tips lie on it. */
+static bool is_smooth(const qw_run_state *run, const qw_mirror_plane *plane)
 {
     double used, angle = run->options.sharp_angle, square = sqrt(run->whole.area);
-    qw_scope_begin(run->env);
+    float edge = (float)(square / sqrt(QUADS));
+    qw_env *env = run->env;
+    qw_scope_begin(env);
     qw_trimesh surface = run->whole.clean.mesh;
-    surface.mark = NULL;
-    qw_find_features(run->env, &surface, angle < 0 ? -1.0 : angle * QW_PI / 180.0, (float)(square / sqrt(QUADS)),
-                     &used);
-    double length = qw_marked_length(&surface);
-    qw_scope_end(run->env);
-    return length > SHARP * square;
+    surface.mark = NULL, surface.point = NULL;
+    qw_find_features(env, &surface, angle < 0 ? -1.0 : angle * QW_PI / 180.0, edge, &used);
+    bool is_sharp = qw_marked_length(&surface) > SHARP * square;
+    if (!is_sharp && angle < 0) {
+        qw_find_points(env, &surface, edge);
+        is_sharp = has_corner_on(run, &surface, plane) || qw_sharpen(env, &surface, &run->whole.census, edge);
+    }
+    qw_scope_end(env);
+    return !is_sharp;
+}
+
+/* Boundaries that are to be met vertex by vertex are met on the whole. */
+static bool keeps_boundaries(const qw_run_state *run)
+{
+    return run->whole.steering->region || (run->options.fix_boundary && run->whole.census.boundary_loops > 0);
 }
 
 static void take_one_side_if_alike(qw_run_state *run)
@@ -479,8 +527,8 @@ static void take_one_side_if_alike(qw_run_state *run)
         return;
     }
     bool is_auto = run->options.symmetry == QW_SYMMETRY_AUTO;
-    if (is_auto && (qw_keeps_rims(run) || has_sharp_edges(run))) {
-        log_not_used(run, "sharp edges, or boundaries that stay, are better off without the plane of symmetry");
+    if (is_auto && (keeps_boundaries(run) || !is_smooth(run, &found[0].plane))) {
+        log_not_used(run, "sharp edges, tips and boundaries that stay are better off without the plane of symmetry");
         return;
     }
     for (uint32_t i = run->plan.plane; i < count && found[i].most <= NEARLY; i++)

@@ -327,10 +327,10 @@ static qw_mirror_plane in_input(plane_search *s, const qw_frame *frame, const qw
 }
 
 /* Measures the plane, in the precision in which it will be used, on all JUDGED samples. */
-static qw_mirror_search judge(plane_search *s, const qw_frame *frame, const qw_mirror_search *found)
+static qw_mirror_search judge(plane_search *s, const qw_frame *frame, const qw_mirror_plane *plane)
 {
-    qw_mirror_search result = {.plane = in_input(s, frame, found)};
-    qw_mirror_plane judged = result.plane;
+    qw_mirror_search result = {.plane = *plane};
+    qw_mirror_plane judged = *plane;
     for (int k = 0; k < 3; k++) judged.offset -= judged.normal[k] * frame->center[k];
     judged.offset *= frame->scale;
     result.gap = reflect_all(s, &judged, JUDGED);
@@ -339,26 +339,44 @@ static qw_mirror_search judge(plane_search *s, const qw_frame *frame, const qw_m
     return result;
 }
 
+static plane_search begin_search(qw_env *env, const qw_trimesh *mesh)
+{
+    plane_search s = {.env = env, .mesh = mesh, .bvh = qw_bvh_build(env, mesh)};
+    s.area_end = QW_NEW(env, double, mesh->face_count), s.normal = QW_NEW(env, qw_vec3, JUDGED);
+    s.point = qw_alloc(env, JUDGED, sizeof *s.point), s.near = qw_alloc(env, JUDGED, sizeof *s.near);
+    s.is_near = QW_NEW(env, uint8_t, JUDGED), s.distance = QW_NEW(env, float, JUDGED);
+    measure_area(&s);
+    place_samples(&s);
+    return s;
+}
+
+qw_mirror_search qw_judge_mirror_plane(qw_env *env, const qw_trimesh *mesh, const qw_frame *frame,
+                                       const qw_mirror_plane *plane)
+{
+    qw_scope_begin(env);
+    plane_search s = begin_search(env, mesh);
+    qw_mirror_search judged = judge(&s, frame, plane);
+    qw_scope_end(env);
+    return judged;
+}
+
 uint32_t qw_find_mirror_planes(qw_env *env, const qw_trimesh *mesh, const qw_frame *frame, int axis,
                                qw_mirror_search found[QW_MOST_PLANES])
 {
     assert(mesh->face_count > 0 && axis >= 0 && axis <= QW_NO_AXIS);
     qw_mirror_search good[BEGINNINGS], other[BEGINNINGS];
     qw_scope_begin(env);
-    plane_search s = {.env = env, .mesh = mesh, .bvh = qw_bvh_build(env, mesh)};
-    s.area_end = QW_NEW(env, double, mesh->face_count);
-    s.normal = QW_NEW(env, qw_vec3, JUDGED), s.point = qw_alloc(env, JUDGED, sizeof *s.point),
-    s.near = qw_alloc(env, JUDGED, sizeof *s.near);
-    s.is_near = QW_NEW(env, uint8_t, JUDGED), s.distance = QW_NEW(env, float, JUDGED);
-    measure_area(&s);
-    place_samples(&s);
+    plane_search s = begin_search(env, mesh);
     uint32_t count = along_axes(&s, axis, good);
     if (axis == QW_NO_AXIS && good[0].gap > AS_GOOD_GAP) {
         uint32_t better = along_any(&s, good[0].gap, other);
         for (uint32_t i = 0; i < better; i++) good[i] = other[i], count = better;
     }
     if (count > QW_MOST_PLANES) count = QW_MOST_PLANES;
-    for (uint32_t i = 0; i < count; i++) found[i] = judge(&s, frame, &good[i]);
+    for (uint32_t i = 0; i < count; i++) {
+        qw_mirror_plane plane = in_input(&s, frame, &good[i]);
+        found[i] = judge(&s, frame, &plane);
+    }
     qw_scope_end(env);
     return count;
 }

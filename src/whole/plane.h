@@ -56,4 +56,8 @@ enum { QW_MOST_PLANES = 3 };
 uint32_t qw_find_mirror_planes(qw_env *env, const qw_trimesh *mesh, const qw_frame *frame, int axis,
                                qw_mirror_search found[QW_MOST_PLANES]);
 
+/* How nearly a surface is symmetric about a plane, in the coordinates of the input. */
+qw_mirror_search qw_judge_mirror_plane(qw_env *env, const qw_trimesh *mesh, const qw_frame *frame,
+                                       const qw_mirror_plane *plane);
+
 #endif

@@ -48,7 +48,9 @@ static uint32_t join_all(qw_run_state *run, const qw_quadmesh *core)
     run->rim = NULL;
     run->report->rim_vertices = run->report->rim_faces = 0;
     join_core(run, core, &flat);
-    if (!qw_keeps_rims(run) || !run->sides_meet) { /* what is withheld, or made anew, may have other rims */
+    bool has_rims = run->whole.steering->region || run->whole.census.boundary_loops > 0;
+    /* what is withheld, or made anew, may have other rims */
+    if (!qw_keeps_rims(run) || !has_rims || !run->sides_meet) {
         if (!run->mirror.is_used) run->output = qw_output_positions(run, &run->whole.clean, &run->finished, &flat);
         return flat;
     }
@@ -107,6 +109,10 @@ void qw_stage_ASSEMBLE(qw_run_state *run)
     if (!qw_fits_limit(run)) qw_make_exact(run, false, true);
     qw_make_levels(run);
     qw_join_left_out(run);
+    if (run->finished.face_count == 0 && run->mirror.is_used) {
+        run->sides_meet = 0; /* there may be some on the whole */
+        return;
+    }
     if (run->finished.face_count == 0) /* may be where few are asked for and nothing is repaired */
         qw_fail(run->env, QW_INTERNAL, -1, "no quads are left: ask for more, or for repair");
     qw_report_field_angle(run, &run->finished);
