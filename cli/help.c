@@ -299,7 +299,7 @@ void qw_print_screen(FILE *file)
           "  --faces N      how many quads; or --edge-length X, --vertices N, --ratio X\n"
           "  --preset NAME  what suits a scan, a character, cad, a game, a print\n"
           "  --adaptive X   0: quads of one size; to 1: small where there is much to see\n"
-          "  --symmetry auto         both sides alike\n"
+          "  --symmetry any          both sides alike\n"
           "  --sharp auto|none|30    which edges are sharp, by an angle in degrees\n"
           "  --keep seams,materials  edges of the result follow these borders\n"
           "\nquadwright help TOPIC, or help OPTION:\n",

@@ -35,6 +35,18 @@ static shape body(double away)
     return s;
 }
 
+static shape join(shape a, const shape *b)
+{
+    size_t av = 3 * (size_t)a.vertex_count, bv = 3 * (size_t)b->vertex_count, af = 3 * (size_t)a.face_count,
+           bf = 3 * (size_t)b->face_count;
+    a.position = realloc(a.position, (av + bv) * sizeof *a.position);
+    a.corner = realloc(a.corner, (af + bf) * sizeof *a.corner);
+    memcpy(a.position + av, b->position, bv * sizeof *a.position);
+    for (size_t i = 0; i < bf; i++) a.corner[af + i] = b->corner[i] + a.vertex_count;
+    a.vertex_count += b->vertex_count, a.face_count += b->face_count;
+    return a;
+}
+
 static qw_options asking(int64_t faces, int symmetry)
 {
     qw_options o;
@@ -395,6 +407,84 @@ static void ring_of_body(double z, bool half, double points[RING][3])
     }
 }
 
+/* A closed ring around one ear: the other ear is to have none, so that no plane is used where it is only found. */
+static void what_steers_one_side_is_not_mirrored(void **state)
+{
+    (void)state;
+    enum { POINTS = 16 };
+    shape s = body(0);
+    double points[2][POINTS][3];
+    for (int side = 0; side < 2; side++)
+        for (int i = 0; i < POINTS; i++) {
+            double a = (side ? 0.25 - 0.1 * cos(2 * PI * i / POINTS) : 0.75 + 0.1 * cos(2 * PI * i / POINTS));
+            at_body(a - 0.25 < 0 ? a + 0.75 : a - 0.25, 0.5 + 0.08 * sin(2 * PI * i / POINTS), points[side][i]);
+        }
+    for (uint32_t count = 0; count <= 2; count++) { /* none, on one side, on both */
+        qw_guide guides[2];
+        for (int k = 0; k < 2; k++) guides[k] = (qw_guide){sizeof *guides, QW_GUIDE_LOOP, 1, POINTS, points[k][0]};
+        qw_mesh_view view = shape_view(&s);
+        qw_options o = asking(2000, QW_SYMMETRY_AUTO);
+        qw_context *context;
+        assert_int_equal(qw_create(NULL, &context), QW_OK);
+        assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+        if (count > 0) assert_int_equal(qw_set_guides(context, guides, count), QW_OK);
+        if (qw_run(context, &o) != QW_OK) fail_msg("%s", qw_message(context));
+        const qw_report *r = qw_get_report(context);
+        bool is_said = false;
+        for (uint32_t w = 0; w < r->warning_count; w++) is_said |= strstr(r->warnings[w], "guides are not") != NULL;
+        assert_int_equal(r->symmetric, count != 1);
+        assert_int_equal(is_said, count == 1);
+        qw_destroy(context);
+    }
+    shape_free(&s);
+}
+
+/* Where sharp edges, or a tip, meet the plane, or a part is inside out, the plane is used only where that is asked for.
+ */
+static void sharp_parts_are_left_alone(void **state)
+{
+    (void)state;
+    shape cube = shape_cube(6), ring = shape_torus(8);
+    for (int k = 0; k < 2; k++)
+        for (int64_t symmetry = QW_SYMMETRY_AUTO; symmetry <= QW_SYMMETRY_ANY; symmetry += QW_SYMMETRY_ANY - 1) {
+            qw_options o = asking(400, (int)symmetry);
+            qw_result *result = run_of(k ? &ring : &cube, &o);
+            assert_int_equal(qw_result_report(result)->symmetric, k == 1 || symmetry == QW_SYMMETRY_ANY);
+            expect_promise(result, 400);
+            qw_result_destroy(result);
+        }
+    shape_free(&cube), shape_free(&ring);
+}
+
+/* Two balls of which one is inside out, which is to stay so, are no mirror images. */
+static void orientation_counts(void **state)
+{
+    (void)state;
+    for (int inside_out = 0; inside_out < 2; inside_out++) {
+        shape s = shape_sphere(6), other = shape_sphere(6);
+        double most = 0;
+        for (uint32_t v = 0; v < s.vertex_count; v++) most = fmax(most, fabs(s.position[3 * (size_t)v]));
+        for (uint32_t v = 0; v < s.vertex_count; v++) s.position[3 * (size_t)v] -= 1.5 * most;
+        for (uint32_t v = 0; v < other.vertex_count; v++) { /* reflected */
+            double *p = other.position + 3 * (size_t)v;
+            p[0] = 1.5 * most - p[0];
+        }
+        for (uint32_t f = 0; f < other.face_count && !inside_out; f++) {
+            uint32_t *c = other.corner + 3 * (size_t)f, second = c[1];
+            c[1] = c[2], c[2] = second;
+        }
+        s = join(s, &other);
+        qw_options o = asking(300, QW_SYMMETRY_AUTO);
+        o.outward = 0;
+        qw_result *result = run_of(&s, &o);
+        const qw_report *r = qw_result_report(result);
+        assert_true(!r->symmetric || r->plane_x < 0.5 || !inside_out); /* each ball alone has planes of its own */
+        if (!inside_out) assert_int_equal(r->symmetric, 1);
+        qw_result_destroy(result);
+        shape_free(&s), shape_free(&other);
+    }
+}
+
 /* An edge loop that was asked for runs on both sides, whether it was drawn across the plane or on one side alone. */
 static void guides_hold_on_both_sides(void **state)
 {
@@ -583,18 +673,6 @@ static void small_holes_stay(void **state)
         free(twin), qw_result_destroy(result);
     }
     shape_free(&s);
-}
-
-static shape join(shape a, const shape *b)
-{
-    size_t av = 3 * (size_t)a.vertex_count, bv = 3 * (size_t)b->vertex_count, af = 3 * (size_t)a.face_count,
-           bf = 3 * (size_t)b->face_count;
-    a.position = realloc(a.position, (av + bv) * sizeof *a.position);
-    a.corner = realloc(a.corner, (af + bf) * sizeof *a.corner);
-    memcpy(a.position + av, b->position, bv * sizeof *a.position);
-    for (size_t i = 0; i < bf; i++) a.corner[af + i] = b->corner[i] + a.vertex_count;
-    a.vertex_count += b->vertex_count, a.face_count += b->face_count;
-    return a;
 }
 
 /* Two balls whose cuts coincide, point for point, are not welded; with one across the plane and a pair off it. */
@@ -918,6 +996,9 @@ QW_TEST_SUITE(symmetry)
         cmocka_unit_test(painted_densities),
         cmocka_unit_test(what_is_refused),
         cmocka_unit_test(guides_hold_on_both_sides),
+        cmocka_unit_test(what_steers_one_side_is_not_mirrored),
+        cmocka_unit_test(sharp_parts_are_left_alone),
+        cmocka_unit_test(orientation_counts),
         cmocka_unit_test(fields_hold_on_both_sides),
         cmocka_unit_test(boundaries_that_stay),
         cmocka_unit_test(stages_and_dumps),

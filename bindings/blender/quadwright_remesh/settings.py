@@ -105,7 +105,8 @@ DENSITIES = [
 ]
 SYMMETRIES = [
     ("OFF", "Off", "Both sides as they come; a Mirror modifier still sets its own plane"),
-    ("AUTO", "Auto", "Both sides alike where the surface is nearly symmetric"),
+    ("AUTO", "Auto", "Both sides alike where that costs nothing: the surface is nearly symmetric and has no sharp edges"),
+    ("ANY", "Any", "Both sides alike where the surface is nearly symmetric, sharp edges or not"),
     ("X", "X", "Both sides alike across the object's X axis"),
     ("Y", "Y", "Both sides alike across the object's Y axis"),
     ("Z", "Z", "Both sides alike across the object's Z axis"),
@@ -199,7 +200,7 @@ def _annotations():
             description="How many times shorter edges are at weight 1 or white than at 0 or black",
         ),
         "symmetry": bpy.props.EnumProperty(
-            name="Symmetry", items=SYMMETRIES, default="OFF", update=_changed, description="Both sides of a plane alike, exactly"
+            name="Symmetry", items=SYMMETRIES, default="AUTO", update=_changed, description="Both sides of a plane alike"
         ),
         "sharp": bpy.props.EnumProperty(
             name="Sharp", items=SHARPS, default="AUTO", update=_changed, description="Which edges of the surface edges of the quads follow"

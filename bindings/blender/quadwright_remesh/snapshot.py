@@ -379,8 +379,8 @@ class Snapshot:
 
     def plane(self, settings):
         """Options of symmetry."""
-        if settings.symmetry == "AUTO":
-            return {"symmetry": "auto"}
+        if settings.symmetry in ("AUTO", "ANY") and not self.mirrors:
+            return {"symmetry": settings.symmetry.lower()}
         axis = "XYZ".find(settings.symmetry)
         if axis >= 0 and self.stretch is None:
             return {"symmetry": "xyz"[axis]}
@@ -389,7 +389,7 @@ class Snapshot:
         elif self.mirrors:
             _, _, normal, offset, _ = self.mirrors[0]
         else:
-            return {}
+            return {"symmetry": "none"}
         if self.stretch is not None:
             normal = np.linalg.inv(self.stretch) @ normal
         return {

@@ -81,7 +81,7 @@ await shoot(await visit('sample=dancer&faces=1500', { colorScheme: 'light' }), '
   await shoot(page, 'guide');
 }
 {
-  const page = await visit('sample=bracket&faces=900&symmetry=auto', { colorScheme: 'light' });
+  const page = await visit('sample=bracket&faces=900&symmetry=any', { colorScheme: 'light' });
   await page.selectOption('#layout', 'result');
   await set(page, { base: true });
   await page.locator('#report').scrollIntoViewIfNeeded();
