@@ -331,7 +331,8 @@ static qw_step after_assemble(const qw_history *h)
     const qw_verdict *v = &current(h)->verdict;
     qw_step step = {QW_RETRY_NO_ROOM, QW_NO_ATTEMPT, FIRST_PLAN};
     step.plan.plane = p->plane;
-    if (!v->sides_apart && !v->sides_unlike && !v->count_off) return go_on(h->current);
+    bool is_unlike = h->request.symmetry_is_free ? v->sides_unlike > 0 : v->sides_unlike == 1;
+    if (!v->sides_apart && !is_unlike && !v->count_off) return go_on(h->current);
     bool gives_up = h->request.symmetry_is_free && v->sides_apart;
     if (v->sides_apart && !v->sides_unlike && !gives_up && p->room < qw_retry_rows[QW_RETRY_NO_ROOM].most) {
         double asked = fmax(h->request.faces_wanted, v->faces); /* there may be more already than were asked for */
@@ -340,7 +341,7 @@ static qw_step after_assemble(const qw_history *h)
         return step;
     }
     step.cause = QW_RETRY_PLANE;
-    gives_up |= v->sides_unlike && p->plane > 0;
+    gives_up |= v->sides_unlike && (p->plane > 0 || v->sides_unlike > 1);
     step.plan.plane = gives_up ? qw_retry_rows[QW_RETRY_PLANE].most : p->plane + 1;
     bool may = h->request.planes && p->plane < qw_retry_rows[QW_RETRY_PLANE].most;
     return may ? step : go_on(h->current);

@@ -4,13 +4,12 @@
 #include "remesh/sizes/needs.h"
 #include "remesh/sizes/painted.h"
 #include "whole/sizes.h"
-#include "base/elementary.h"
 #include "geometry/bvh.h"
-#include "geometry/corners.h"
 #include "remesh/clean/marks.h"
 #include "remesh/features/feature_points.h"
 #include "remesh/features/features.h"
 #include "remesh/features/sharpen.h"
+#include "remesh/field/hierarchy.h"
 #include "whole/half.h"
 #include "whole/one_sided.h"
 
@@ -472,15 +471,21 @@ static const double QUADS = 1000;
 /* A tip, or a corner of a boundary, lies on the plane if it is no farther from it, in diagonals. */
 static const double ON_PLANE = 0.01;
 
-/* Whether a boundary turns sharply within ON_PLANE of the plane. */
-static bool has_corner_on(const qw_run_state *run, const qw_trimesh *m, const qw_mirror_plane *plane)
+/* In radians: a boundary that turns by more than a right angle on the plane leaves less than half of one on either
+   side, which is no corner of a quad. */
+static const double ACUTE = 0.55 * QW_PI;
+
+/* Whether a tip, or an acute corner that a boundary has for quads of that edge, lies on the plane. */
+static bool has_corner_on(const qw_run_state *run, const qw_trimesh *m, float edge, const qw_mirror_plane *plane)
 {
-    const float least_cosine = (float)qw_cos(QW_CORNER_ANGLE);
-    const qw_curve_ends *ends = qw_find_curve_ends(run->env, m, true);
+    float *span = QW_NEW(run->env, float, m->vertex_count);
+    uint8_t *kind;
+    qw_vec3 *direction;
+    for (uint32_t v = 0; v < m->vertex_count; v++) span[v] = edge;
+    qw_find_constraints(run->env, m, true, ACUTE, span, NULL, &kind, &direction);
     for (uint32_t v = 0; v < m->vertex_count; v++) {
         double p[3];
-        bool is_point = m->point && m->point[v];
-        if (!is_point && (ends[v].count == 0 || !qw_is_curve_corner(m, ends, v, least_cosine))) continue;
+        if (kind[v] != QW_VERTEX_CORNER) continue;
         qw_place_in_input(&run->whole.clean, m->position[v], p);
         if (fabs(qw_plane_height(plane, p)) * run->whole.clean.frame.scale < ON_PLANE) return true;
     }
@@ -501,7 +506,7 @@ static bool is_smooth(const qw_run_state *run, const qw_mirror_plane *plane)
     bool is_sharp = qw_marked_length(&surface) > SHARP * square;
     if (!is_sharp && angle < 0) {
         qw_find_points(env, &surface, edge);
-        is_sharp = has_corner_on(run, &surface, plane) || qw_sharpen(env, &surface, &run->whole.census, edge);
+        is_sharp = has_corner_on(run, &surface, edge, plane) || qw_sharpen(env, &surface, &run->whole.census, edge);
     }
     qw_scope_end(env);
     return !is_sharp;

@@ -105,6 +105,7 @@ void qw_stage_ASSEMBLE(qw_run_state *run)
     write_positions(run);
     warn_of_count(run);
     report_what_is_lost(run);
+    if (run->mirror.is_used && run->report->lost_parts > 0) run->sides_unlike = 2;
     qw_warn_of_rims(run);
     if (!qw_fits_limit(run)) qw_make_exact(run, false, true);
     qw_make_levels(run);
