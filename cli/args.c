@@ -1,6 +1,8 @@
 #include "args.h"
 #include "switches.h"
 
+#include "base/near.h"
+
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
@@ -94,30 +96,6 @@ static qw_status set_input(parser *p, const char *value)
 
 /* ---- options of the library */
 
-/* In the library a target of zero means "not asked for"; said aloud it is a mistake. */
-static qw_status set_option(parser *p, const char *name, const char *value)
-{
-    qw_status status = qw_option_set(&p->out->options, name, value, p->message, p->message_size);
-    if (status != QW_OK) return status;
-    static const char *const targets[] = {"faces", "vertices", "edge_length", "ratio"};
-    for (int i = 0; i < 4; i++) {
-        char now[64] = "";
-        qw_option_get(&p->out->options, targets[i], now, sizeof now);
-        if (strcmp(now, "0") != 0) continue;
-        bool this_one = true;
-        for (size_t k = 0; targets[i][k] || name[k]; k++)
-            if (targets[i][k] != (name[k] == '-' ? '_' : name[k])) {
-                this_one = false;
-                break;
-            }
-        if (!this_one) continue;
-        if (i < 2)
-            return refuse(p, QW_OPTION, "option %s must be a whole number from 1 to 20000000, not 0", targets[i]);
-        return refuse(p, QW_OPTION, "option %s must be above 0", targets[i]);
-    }
-    return QW_OK;
-}
-
 static const qw_option_info *option_named(const char *name)
 {
     for (size_t i = 0; i < qw_option_count(); i++) {
@@ -126,6 +104,24 @@ static const qw_option_info *option_named(const char *name)
         if (*a == *b) return qw_option_at(i);
     }
     return NULL;
+}
+
+/* In the library a target of zero means "not asked for"; said aloud it is a mistake. */
+static qw_status set_option(parser *p, const char *name, const char *value)
+{
+    static const char *const targets[] = {"faces", "vertices", "edge_length", "ratio"};
+    qw_status status = qw_option_set(&p->out->options, name, value, p->message, p->message_size);
+    const qw_option_info *info = option_named(name);
+    char now[64] = "";
+    int i = 0;
+    while (i < 4 && !(info && strcmp(info->name, targets[i]) == 0)) i++;
+    if (i == 4) return status;
+    qw_option_get(&p->out->options, targets[i], now, sizeof now);
+    if (i < 2 && (status != QW_OK || strcmp(now, "0") == 0))
+        return refuse(p, QW_OPTION, "option %s must be a whole number from 1 to %.0f, not \"%.40s\"", targets[i],
+                      info->most, value);
+    if (status == QW_OK && strcmp(now, "0") == 0) return refuse(p, QW_OPTION, "option %s must be above 0", targets[i]);
+    return status;
 }
 
 /* An option of texture coordinates and maps, by its name; NULL: none is called so. */

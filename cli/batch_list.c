@@ -116,11 +116,11 @@ static bool add(const qw_arguments *a, batch_list *list, const char *input, cons
     return m.input && m.output && m.record;
 }
 
-/* wraps: points count too, whose endings are the last two. */
+/* wraps: points count too, whose endings are the last three. */
 static bool is_mesh_name(const char *name, bool wraps)
 {
-    static const char *const endings[] = {".obj", ".ply", ".off", ".stl", ".glb", ".gltf", ".xyz", ".pcd"};
-    size_t n = strlen(name), count = sizeof endings / sizeof *endings - (wraps ? 0 : 2);
+    static const char *const endings[] = {".obj", ".ply", ".off", ".stl", ".glb", ".gltf", ".xyz", ".pts", ".pcd"};
+    size_t n = strlen(name), count = sizeof endings / sizeof *endings - (wraps ? 0 : 3);
     for (size_t i = 0; i < count; i++) {
         size_t length = strlen(endings[i]);
         bool is_same = n > length;

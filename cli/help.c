@@ -1,6 +1,8 @@
 #include "help.h"
 #include "switches.h"
 
+#include "base/near.h"
+
 #include <string.h>
 
 enum { HELP_INDENT = 10, HELP_WIDTH = 100 };
@@ -310,7 +312,7 @@ void qw_print_screen(FILE *file)
 /* The topic, option or switch that was meant, or NULL. */
 static const char *meant(const char *typed)
 {
-    unsigned best = 33;
+    unsigned best = QW_NEVER_NEAR;
     const char *found = NULL;
     const qw_switch_row *row;
     for (int i = 0; i < TOPIC_COUNT; i++)

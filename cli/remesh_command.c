@@ -364,7 +364,7 @@ static qw_status make_level(session *s, const qw_arguments *all, int64_t level, 
     if (status == QW_OK) status = write_results(s);
     if (status == QW_OK && !all->quiet)
         qw_print_summary(stderr, qw_get_report(s->context), &s->notes, level == 0 ? all->input : NULL,
-                         is_in_one_file(all) ? all->output : one.output);
+                         is_in_one_file(all) ? all->output : one.output, all->second_order);
     s->arguments = all;
     return status;
 }
@@ -460,7 +460,7 @@ static qw_status run(session *s, qw_mesh **input)
     qw_status status = qw_create(&host, &s->context);
     if (status == QW_OK) status = work(s, input);
     if (status == QW_OK && !a->quiet && a->output && a->level_count == 0)
-        qw_print_summary(stderr, qw_get_report(s->context), &s->notes, a->input, a->output);
+        qw_print_summary(stderr, qw_get_report(s->context), &s->notes, a->input, a->output, a->second_order);
     qw_destroy(s->context);
     return status;
 }
@@ -472,41 +472,43 @@ bool qw_may_be_points(qw_status status)
            status == QW_FORMAT_TRUNCATED || status == QW_INDEX_RANGE;
 }
 
-/* A surface; or, where it is wrapped, points without faces. What is wrong is said of points where it is a file of
-   points. */
-static int load_input(session *s, const qw_host *host, qw_mesh **input)
+/* A surface, or points without faces, which are wrapped. What is wrong is said of points where it is a file of points.
+   Where no wrap was asked for only what is no surface at all is tried: a broken one is not taken for points. */
+static int load_input(session *s, const qw_host *host, qw_arguments *a, qw_mesh **input)
 {
-    const qw_arguments *a = s->arguments;
     qw_status status = qw_load(a->input, host, input);
     bool is_drained = false; /* a pipe is read once */
     if (status == QW_OK) return 0;
-    if (a->options.wrap && qw_may_be_points(status)) {
+    if (a->options.wrap ? qw_may_be_points(status) : status == QW_NO_FACES || status == QW_FORMAT_UNKNOWN) {
         qw_mesh *points;
         int notes = s->notes.count;
         qw_status other = qw_load_points(a->input, host, &points);
-        bool is_points = other != QW_FORMAT_UNKNOWN && other != QW_FILE_EMPTY;
+        bool is_points = a->options.wrap ? other != QW_FORMAT_UNKNOWN && other != QW_FILE_EMPTY : other == QW_OK;
         is_drained = other == QW_FILE_EMPTY;
         qw_mesh_destroy(is_points ? *input : points);
         if (is_points) {
             *input = points, status = other, s->notes.count -= notes; /* those of the reading as a surface */
             memmove(s->notes.text[0], s->notes.text[notes], (size_t)s->notes.count * sizeof s->notes.text[0]);
         }
+        if (status == QW_OK && !a->options.wrap) {
+            take_note(s, QW_LOG_WARNING, "points without faces are wrapped at the default distance; --wrap sets it");
+            a->options.wrap = 1;
+        }
         if (status == QW_OK) return 0;
     }
     char sentence[512];
-    bool hints = status == QW_NO_FACES && !a->options.wrap;
     snprintf(sentence, sizeof sentence, "%s%s", qw_mesh_message(*input),
-             hints        ? " (points become a surface with --wrap)"
-             : is_drained ? " (points are read from a file, not through a pipe)"
-                          : "");
+             is_drained ? " (points are read from a file, not through a pipe)" : "");
     int code = qw_complain(status, sentence);
     qw_mesh_destroy(*input);
     *input = NULL;
     return code;
 }
 
-int qw_command_remesh(const qw_arguments *a)
+int qw_command_remesh(const qw_arguments *given)
 {
+    qw_arguments own = *given; /* points turn the wrap on */
+    const qw_arguments *a = &own;
     session s = {.arguments = a};
     qw_mesh *input = NULL;
     int code = qw_check_paths_or_complain(a);
@@ -516,7 +518,7 @@ int qw_command_remesh(const qw_arguments *a)
                              .log = take_note,
                              .log_user = &s};
     if (!a->from_stage) {
-        code = load_input(&s, &loading, &input);
+        code = load_input(&s, &loading, &own, &input);
         if (code != 0) return code;
         if (a->keep[0] && qw_mesh_mark(input, a->keep, NULL) != QW_OK) {
             code = qw_complain(QW_ARGUMENT, qw_mesh_message(input));

@@ -42,16 +42,18 @@ static const char *shown(char text[PATH_SIZE], const char *path)
     return text;
 }
 
-void qw_print_summary(FILE *file, const qw_report *report, const qw_notes *notes, const char *input, const char *output)
+void qw_print_summary(FILE *file, const qw_report *report, const qw_notes *notes, const char *input, const char *output,
+                      bool second_order)
 {
     const qw_topology *t = &report->topology;
+    const char *what = second_order ? "elements of second order" : "quads";
     char path[PATH_SIZE];
     if (input)
         fprintf(file, "in:   %s, %" PRId64 " triangles in %" PRId64 " component%s\n", shown(path, input),
                 report->input_triangles, report->components, report->components == 1 ? "" : "s");
-    fprintf(file, "out:  %s, %" PRId64 " quads (%" PRId64 " asked for), %" PRId64 " vertices, %" PRId64 " irregular\n",
-            output ? shown(path, output) : "nothing written", t->quads, report->faces_asked, t->vertices,
-            t->irregular + t->irregular_boundary);
+    fprintf(file, "out:  %s, %" PRId64 " %s (%" PRId64 " asked for), %" PRId64 " vertices, %" PRId64 " irregular\n",
+            output ? shown(path, output) : "nothing written", second_order ? t->quads / 4 : t->quads, what,
+            report->faces_asked, t->vertices, t->irregular + t->irregular_boundary);
     fprintf(file,
             "      angles off by %.1f degrees, areas by %.0f %%, mean edge %.4g, %.0f %% in rows that never cross "
             "themselves\n",

@@ -180,34 +180,3 @@ bool qw_same_name(const char *a, const char *b)
         if (*a != *b && !((*a == '-' || *a == '_') && (*b == '-' || *b == '_'))) return false;
     return *a == *b;
 }
-
-enum { LONGEST_NAME = 32 };
-
-static unsigned least3(unsigned a, unsigned b, unsigned c) { return a < b ? (a < c ? a : c) : (b < c ? b : c); }
-
-/* Insertions, deletions and substitutions that lead from a to b (Levenshtein), one row of the table at a time. */
-static unsigned edit_distance(const char *a, const char *b)
-{
-    size_t n = strlen(a), m = strlen(b);
-    unsigned row[LONGEST_NAME + 1];
-    if (n > LONGEST_NAME || m > LONGEST_NAME) return LONGEST_NAME;
-    for (size_t j = 0; j <= m; j++) row[j] = (unsigned)j;
-    for (size_t i = 1; i <= n; i++) {
-        unsigned diagonal = row[0];
-        row[0] = (unsigned)i;
-        for (size_t j = 1; j <= m; j++) {
-            unsigned next = least3(diagonal + (a[i - 1] != b[j - 1]), row[j] + 1, row[j - 1] + 1);
-            diagonal = row[j];
-            row[j] = next;
-        }
-    }
-    return row[m];
-}
-
-bool qw_is_near(const char *typed, const char *name, unsigned *best)
-{
-    unsigned distance = edit_distance(typed, name);
-    if (distance >= *best || distance > (strlen(name) + 2) / 3) return false;
-    *best = distance;
-    return true;
-}

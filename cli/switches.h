@@ -73,8 +73,5 @@ const char *qw_command_name(qw_command command);
 const char *qw_stage_word(qw_stage stage, char word[QW_STAGE_WORD]);
 /* Equal, where '-' and '_' are the same. */
 bool qw_same_name(const char *a, const char *b);
-/* Whether `typed` may stand for `name`, by at most a third of its letters, and is nearer than *best, which is lowered.
- * Begin with *best above 32. */
-bool qw_is_near(const char *typed, const char *name, unsigned *best);
 
 #endif

@@ -324,6 +324,33 @@ static void lost_labels_are_named(void **state)
     }
 }
 
+/* A label that a wrap hides is said to lie inside: no count of quads would hold it. */
+static void hidden_labels_lie_inside(void **state)
+{
+    (void)state;
+    FILE *file = fopen(QW_BINARY_DIR "/hidden.obj", "wb");
+    assert_non_null(file);
+    for (int box = 0; box < 2; box++) {
+        double r = box ? 0.3 : 1;
+        int b = 8 * box;
+        for (int v = 0; v < 8; v++) fprintf(file, "v %g %g %g\n", v & 1 ? r : -r, v & 2 ? r : -r, v & 4 ? r : -r);
+        fprintf(file, "usemtl %s\n", box ? "engine" : "hull");
+        static const int sides[6][4] = {{1, 3, 4, 2}, {5, 6, 8, 7}, {1, 2, 6, 5},
+                                        {3, 7, 8, 4}, {1, 5, 7, 3}, {2, 4, 8, 6}};
+        for (int f = 0; f < 6; f++)
+            fprintf(file, "f %d %d %d %d\n", b + sides[f][0], b + sides[f][1], b + sides[f][2], b + sides[f][3]);
+    }
+    fclose(file);
+    assert_int_equal(run_tool(QW_BINARY_DIR "/hidden.obj -o " QW_BINARY_DIR
+                                            "/hidden_out.obj --faces 100 --wrap 0.05 --json " QW_BINARY_DIR
+                                            "/hidden.json"),
+                     0);
+    size_t length;
+    char *text = read_whole(QW_BINARY_DIR "/hidden.json", &length);
+    assert_non_null(strstr(text, "no quad is left of material \\\"engine\\\"; it lies inside the wrap"));
+    free(text);
+}
+
 /* A caller's own arrays are written and marked as those of a file are. */
 static void wrapped_meshes_are_those_of_files(void **state)
 {
@@ -396,6 +423,7 @@ QW_TEST_SUITE(attribute_files)
         cmocka_unit_test(attributes_may_stay_behind),        cmocka_unit_test(borders_are_kept_when_asked),
         cmocka_unit_test(wrapped_meshes_are_those_of_files), cmocka_unit_test(provenance_is_json),
         cmocka_unit_test(borders_of_vertices_of_their_own),  cmocka_unit_test(lost_labels_are_named),
+        cmocka_unit_test(hidden_labels_lie_inside),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -149,10 +149,10 @@ static void absurd_targets(void **state)
     refused("in.obj -o bad.obj --vertices 0", QW_OPTION, "from 1 to 20000000");
     refused("in.obj -o bad.obj --edge-length 0", QW_OPTION, "above 0");
     refused("in.obj -o bad.obj --ratio 0", QW_OPTION, "above 0");
-    refused("in.obj -o bad.obj --faces -5", QW_OPTION, "to 20000000");
-    refused("in.obj -o bad.obj --faces 1e30", QW_OPTION, "to 20000000");
-    refused("in.obj -o bad.obj --faces many", QW_OPTION, "to 20000000");
-    refused("in.obj -o bad.obj --faces ''", QW_OPTION, "to 20000000");
+    refused("in.obj -o bad.obj --faces -5", QW_OPTION, "from 1 to 20000000");
+    refused("in.obj -o bad.obj --faces 1e30", QW_OPTION, "from 1 to 20000000");
+    refused("in.obj -o bad.obj --faces many", QW_OPTION, "from 1 to 20000000");
+    refused("in.obj -o bad.obj --faces ''", QW_OPTION, "from 1 to 20000000");
     refused("in.obj -o bad.obj --faces nan", QW_OPTION, "to 20000000");
     refused("in.obj -o bad.obj --faces 20000001", QW_OPTION, "to 20000000");
     refused("in.obj -o bad.obj --edge-length inf", QW_OPTION, "edge_length");
@@ -417,6 +417,38 @@ static void advice(void **state)
     assert_int_equal(tool("mesure -o named.obj -f 200 -q")->code, 0);
 }
 
+/* Points become a surface as with --wrap, and that is said; a broken surface is not taken for points. */
+static void points_are_wrapped(void **state)
+{
+    (void)state;
+    outcome *o = tool(QW_TEST_DATA "/points/ball.xyz -o points_a.obj -f 100");
+    assert_int_equal(o->code, 0);
+    assert_non_null(strstr(o->err, "note: points without faces are wrapped at the default distance; --wrap sets it"));
+    o = tool(QW_TEST_DATA "/points/ball.xyz -o points_b.obj -f 100 --wrap");
+    assert_int_equal(o->code, 0);
+    assert_null(strstr(o->err, "are wrapped at"));
+    assert_int_equal(shell("cd " FOLDER " && cmp points_a.obj points_b.obj"), 0);
+    assert_int_equal(
+        shell("cd " FOLDER " && printf 'OFF\\n4 1 0\\n0 0 0\\n1 0 0\\n1 1 0\\n0 1 0\\n4 0 1 2 7\\n' > bent.off"), 0);
+    assert_int_not_equal(tool("bent.off -o none.obj -f 100")->code, 0);
+    assert_false(exists("none.obj"));
+}
+
+/* The count that is said is that of the elements, of which each is four quads of the result. */
+static void second_order_counts_elements(void **state)
+{
+    (void)state;
+    outcome *o = tool("in.obj -o second.inp -f 100 --second-order --json second.json");
+    assert_int_equal(o->code, 0);
+    char text[1 << 14];
+    slurp(FOLDER "/second.json", text, sizeof text);
+    const char *quads = strstr(text, "\"quads\": "), *out = strstr(o->err, "second.inp, ");
+    assert_true(quads && out);
+    int elements = atoi(out + strlen("second.inp, "));
+    assert_true(elements > 0 && 4 * elements == atoi(quads + strlen("\"quads\": ")));
+    assert_non_null(strstr(o->err, " elements of second order (100 asked for)"));
+}
+
 /* A preset is its settings, and what is given beside it wins wherever it stands. */
 static void presets(void **state)
 {
@@ -432,6 +464,7 @@ static void presets(void **state)
     outcome *o = tool("in.obj -o none.obj --preset cat");
     assert_int_equal(o->code, qw_status_exit_code(QW_OPTION));
     assert_non_null(strstr(o->err, "there is no preset \"cat\"; there are scan, character, cad, game, print"));
+    assert_non_null(strstr(o->err, "; did you mean \"cad\"?"));
     assert_false(exists("none.obj"));
 }
 
@@ -587,6 +620,8 @@ QW_TEST_SUITE(cli)
         cmocka_unit_test(manual_and_table),
         cmocka_unit_test(help_in_parts),
         cmocka_unit_test(advice),
+        cmocka_unit_test(points_are_wrapped),
+        cmocka_unit_test(second_order_counts_elements),
         cmocka_unit_test(presets),
         cmocka_unit_test(pipes_give_the_same_bytes),
         cmocka_unit_test(flags_of_quadriflow),

@@ -226,6 +226,9 @@ static void presets_are_sound(void **state)
     qw_options_init(&o);
     assert_int_equal(qw_options_preset(&o, "SCAN", message, sizeof message), QW_OPTION);
     assert_non_null(strstr(message, "there is no preset \"SCAN\"; there are scan, "));
+    assert_non_null(strstr(message, "; did you mean \"scan\"?"));
+    assert_int_equal(qw_options_preset(&o, "elephant", message, sizeof message), QW_OPTION);
+    assert_null(strstr(message, "did you mean"));
     qw_options_json(&o, now, sizeof now);
     assert_string_equal(now, initial);
     assert_int_equal(qw_options_preset(&o, NULL, message, 20), QW_OPTION);

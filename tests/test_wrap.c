@@ -862,6 +862,89 @@ static void repeated_body(void *user)
     assert_memory_equal(corner, again, 3 * (size_t)faces * sizeof *corner);
 }
 
+/* Lists in all ways of writing them: coordinates, colours (as shares) and normals are those of the first. */
+static void test_lists(void **unused)
+{
+    (void)unused;
+    static const float colour[] = {1, 0.2f, 0};
+    static const float normal[] = {0.6f, 0, 0.8f};
+    static const struct {
+        const char *text;
+        bool has_colour, has_normal;
+    } lists[] = {
+        {"0,0.5,0\n1,0.5,0\n0,1.5,0\n", false, false},
+        {"0, 0.5, 0\n1, 0.5, 0\n0, 1.5, 0\n", false, false},
+        {"0;0,5;0\n1;0,5;0\n0;1,5;0\n", false, false},
+        {"0;.5;0\r\n1;.5;0\r\n0;1.5;0\r\n", false, false},
+        {"3\n0 0.5 0 255 51 0\n1 0.5 0 0 0 0\n0 1.5 0 0 0 9\n", true, false},
+        {"3\n0 0.5 0 -7 255 51 0\n1 0.5 0 -8 0 0 0\n0 1.5 0 -6 0 0 9\n", true, false},
+        {"0 0.5 0 255 51 0 255\n1 0.5 0 0 0 0 255\n0 1.5 0 0 0 9 255\n", true, false},
+        {"0 0.5 0 1 0.2 0\n1 0.5 0 0 0 0\n0 1.5 0 0 0.5 0.5\n", true, false},
+        {"0 0.5 0 0.6 0 0.8\n1 0.5 0 0 1 0\n0 1.5 0 0 0 -1\n", false, true},
+        {"0 0.5 0 0.6 0 0.8 255 51 0\n1 0.5 0 0 1 0 1 2 3\n0 1.5 0 0 0 -1 4 5 6\n", true, true},
+        {"x,y,z,red,green,blue\n0,0.5,0,255,51,0\n1,0.5,0,0,0,0\n0,1.5,0,0,0,9\n", true, false},
+        {"id;x;y;z;nx;ny;nz;r;g;b\n7;0;0,5;0;0,6;0;0,8;255;51;0\n8;1;0,5;0;0;1;0;1;2;3\n9;0;1,5;0;0;0;1;4;5;6\n", true,
+         true},
+        {"\"X\",\"Y\",\"Z\",\"name\",\"NX\",\"NY\",\"NZ\"\n0,0.5,0,ab,0.6,0,0.8\n1,0.5,0,,0,1,0\n0,1.5,0,c,0,0,1\n",
+         false, true},
+        {"//X Y Z R G B\n0 0.5 0 65535 13107 0\n1 0.5 0 0 0 0\n0 1.5 0 0 0 9\n", true, false},
+        {"# made by hand\n0 0.5 0 0.6 0 0.8\n1 0.5 0\n0 1.5 0 0 0 -1\n", false, false},
+        {"# x y z nx ny nz\n0 0.5 0 0.6 0 0.8\n1 0.5 0\n0 1.5 0 0 0 -1\n", false, true},
+        {"v 0 0.5 0 1 0.2 0\nv 1 0.5 0 0 0 0\nv 0 1.5 0 0 0.5 0.5\nvn 0 0 1\n", true, false},
+        {"VERSION 0.7\nFIELDS x y z rgb normal_x normal_y normal_z\nSIZE 4 4 4 4 4 4 4\nTYPE F F F U F F F\n"
+         "COUNT 1 1 1 1 1 1 1\nPOINTS 4\nDATA ascii\n0 0.5 0 16724736 0.6 0 0.8\nnan 0 0 1 0 0 1\n"
+         "1 0.5 0 0 nan nan nan\n0 1.5 0 9 0 0 1\n",
+         true, true},
+    };
+    for (size_t i = 0; i < sizeof lists / sizeof *lists; i++) {
+        qw_mesh *mesh;
+        qw_status status = qw_load_points_memory(lists[i].text, strlen(lists[i].text), NULL, &mesh);
+        if (status != QW_OK) fail_msg("list %zu: %s", i, qw_mesh_message(mesh));
+        uint32_t count;
+        const double *p = qw_mesh_get(mesh).positions;
+        assert_int_equal(qw_mesh_get(mesh).vertex_count, 3);
+        assert_true(p[0] == 0 && p[1] == 0.5 && p[3] == 1 && p[7] == 1.5);
+        const qw_attribute *a = qw_mesh_attributes(mesh, &count);
+        if (count != (uint32_t)lists[i].has_colour + lists[i].has_normal) fail_msg("list %zu: %u attributes", i, count);
+        for (uint32_t n = 0; n < count; n++) {
+            bool is_normal = a[n].kind == QW_NORMALS;
+            assert_true(is_normal ? lists[i].has_normal : lists[i].has_colour);
+            for (int k = 0; k < 3; k++)
+                assert_true(fabsf(a[n].values[k] - (is_normal ? normal[k] : colour[k])) < 1e-5f);
+        }
+        qw_mesh_destroy(mesh);
+    }
+}
+
+/* Ten points of 16 bytes each: a colour in one word, whatever its type is. */
+static void test_packed_colours(void **unused)
+{
+    (void)unused;
+    char bytes[512];
+    for (int type = 0; type < 2; type++) {
+        int head = snprintf(bytes, sizeof bytes,
+                            "VERSION 0.7\nFIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F %c\nCOUNT 1 1 1 1\nPOINTS 10\n"
+                            "DATA binary\n",
+                            type ? 'U' : 'F');
+        for (uint32_t i = 0; i < 10; i++) {
+            const float p[3] = {(float)(i % 3), (float)(i / 3), (float)(i * i) / 50};
+            const uint32_t word = 0xff0000 | i << 8 | 2 * i;
+            memcpy(bytes + head + 16 * i, p, sizeof p), memcpy(bytes + head + 16 * i + 12, &word, sizeof word);
+        }
+        qw_mesh *mesh;
+        uint32_t count;
+        assert_int_equal(qw_load_points_memory(bytes, (size_t)head + 160, NULL, &mesh), QW_OK);
+        const qw_attribute *a = qw_mesh_attributes(mesh, &count);
+        assert_int_equal(count, 1);
+        for (uint32_t i = 0; i < 10; i++) {
+            assert_true(a->values[3 * i] == 1);
+            assert_true(fabsf(a->values[3 * i + 1] - (float)i / 255) < 1e-6f);
+            assert_true(fabsf(a->values[3 * i + 2] - (float)(2 * i) / 255) < 1e-6f);
+        }
+        qw_mesh_destroy(mesh);
+    }
+}
+
 static void test_odd_points(void **unused)
 {
     (void)unused;
@@ -933,6 +1016,8 @@ QW_TEST_SUITE(wrap)
         cmocka_unit_test(test_sides_do_not_cross),
         cmocka_unit_test(test_inverted_parts),
         cmocka_unit_test(test_odd_points),
+        cmocka_unit_test(test_lists),
+        cmocka_unit_test(test_packed_colours),
         cmocka_unit_test(test_scales),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

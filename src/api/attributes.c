@@ -84,26 +84,32 @@ static void carry(void *user) { qw_find_carried(((transfer_call *)user)->c); }
 
 enum { MOST_UNNAMED = 1 << 20 }; /* numbers apart: more are no labels of parts */
 
-/* Warns of labels of faces of the input that no face of the result has: what they mark is smaller than a quad. */
+enum { WAS = 1, IS = 2, WAS_SEEN = 4 };
+
+/* Warns of labels of faces of the input that no face of the result has: what they mark is smaller than a quad, or lies
+   inside a wrap. */
 static void warn_of_lost_labels(qw_run_state *run, const qw_attribute *was, const qw_attribute *is)
 {
-    int64_t least = INT32_MAX, most = INT32_MIN, lost = 0, all = 0, first = 0;
+    int64_t least = INT32_MAX, most = INT32_MIN, lost = 0, hidden = 0, all = 0, first = 0;
+    const uint8_t *outside = run->whole.clean.seen; /* NULL: all is */
     for (uint32_t f = 0; f < was->count; f++) {
         if (was->labels[f] < least) least = was->labels[f];
         if (was->labels[f] > most) most = was->labels[f];
     }
     if (was->label_names && least < 0) least = 0; /* -1 is none */
     if (most - least >= MOST_UNNAMED || most < least) return;
-    uint8_t *seen = QW_NEW_ZERO(run->env, uint8_t, (size_t)(most - least) + 1); /* 1: was there; 3: and is */
+    uint8_t *flags = QW_NEW_ZERO(run->env, uint8_t, (size_t)(most - least) + 1);
     for (uint32_t f = 0; f < was->count; f++)
-        if (was->labels[f] >= least) seen[was->labels[f] - least] |= 1;
+        if (was->labels[f] >= least) flags[was->labels[f] - least] |= !outside || outside[f] ? WAS | WAS_SEEN : WAS;
     for (uint32_t f = 0; f < is->count; f++)
-        if (is->labels[f] >= least && is->labels[f] <= most) seen[is->labels[f] - least] |= 2;
+        if (is->labels[f] >= least && is->labels[f] <= most) flags[is->labels[f] - least] |= IS;
     for (int64_t k = most; k >= least; k--) {
-        all += seen[k - least] & 1;
-        if (seen[k - least] == 1) lost++, first = k;
+        uint8_t has = flags[k - least];
+        all += has & WAS;
+        hidden += has == WAS;
+        if (has == WAS || has == (WAS | WAS_SEEN)) lost++, first = k;
     }
-    qw_free(run->env, seen);
+    qw_free(run->env, flags);
     char text[256], title[32], name[48];
     if (lost == 0) return;
     qw_printable(title, sizeof title, was->name);
@@ -114,7 +120,13 @@ static void warn_of_lost_labels(qw_run_state *run, const qw_attribute *was, cons
         snprintf(text, sizeof text, "no quad is left of %lld of %lld labels \"%s\", such as \"%s\"", (long long)lost,
                  (long long)all, title, name);
     size_t used = strlen(text);
-    snprintf(text + used, sizeof text - used, "; more quads would hold it, or its borders kept");
+    if (hidden > 0 && hidden < lost)
+        snprintf(text + used, sizeof text - used, "; of them %lld lie inside the wrap", (long long)hidden);
+    else
+        snprintf(text + used, sizeof text - used, "; %s",
+                 hidden == 0 ? "more quads would hold it, or its borders kept"
+                 : lost == 1 ? "it lies inside the wrap"
+                             : "they lie inside the wrap");
     qw_warn_once(run, text);
 }
 

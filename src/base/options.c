@@ -4,6 +4,7 @@
  * string is a number of the kind the option wants, so that "50%" or "1e30" for a count is refused rather than cut
  * short.
  */
+#include "base/near.h"
 #include "quadwright/quadwright.h"
 
 #include <inttypes.h>
@@ -217,41 +218,14 @@ static size_t find(const table *t, const char *name)
     return t->count;
 }
 
-enum { LONGEST_NAME = 32 };
-
-static unsigned least3(unsigned a, unsigned b, unsigned c) { return a < b ? (a < c ? a : c) : (b < c ? b : c); }
-
-/* Insertions, deletions and substitutions that lead from a to b (Levenshtein), one row of the table at a time. */
-static unsigned edit_distance(const char *a, const char *b)
-{
-    size_t m = strlen(b);
-    unsigned row[LONGEST_NAME + 1];
-    if (m > LONGEST_NAME) return LONGEST_NAME;
-    for (size_t j = 0; j <= m; j++) row[j] = (unsigned)j;
-    for (size_t i = 1; a[i - 1]; i++) {
-        unsigned diagonal = row[0];
-        row[0] = (unsigned)i;
-        for (size_t j = 1; j <= m; j++) {
-            bool same = a[i - 1] == b[j - 1] || (a[i - 1] == '-' && b[j - 1] == '_');
-            unsigned next = least3(diagonal + !same, row[j] + 1, row[j - 1] + 1);
-            diagonal = row[j];
-            row[j] = next;
-        }
-    }
-    return row[m];
-}
-
-/* The option whose name is within a third of its length of what was typed, or NULL. */
+/* The option that was meant, or NULL. */
 static const char *nearest_name(const table *t, const char *name)
 {
-    unsigned best = LONGEST_NAME;
+    unsigned best = QW_NEVER_NEAR;
     const char *found = NULL;
-    if (strlen(name) > LONGEST_NAME) return NULL;
-    for (size_t i = 0; i < t->count; i++) {
-        unsigned distance = edit_distance(name, t->infos[i].name);
-        if (distance < best) best = distance, found = t->infos[i].name;
-    }
-    return found && best <= (strlen(found) + 2) / 3 ? found : NULL;
+    for (size_t i = 0; i < t->count; i++)
+        if (qw_is_near(name, t->infos[i].name, &best)) found = t->infos[i].name;
+    return found;
 }
 
 /* "from 0 to 20000000 faces" */

@@ -1,4 +1,5 @@
 /* Presets by their one table, presets.def. Settings are text, so that a preset may name any option of options.def. */
+#include "base/near.h"
 #include "quadwright/quadwright.h"
 
 #include <stdio.h>
@@ -22,13 +23,19 @@ static const qw_preset_info *find(const char *name)
     return NULL;
 }
 
-/* "there is no preset "x"; there are scan, character, ..." */
+/* "there is no preset "cat"; there are scan, character, ...; did you mean "cad"?" */
 static qw_status refuse(const char *name, char *message, size_t message_size)
 {
     if (!message || message_size == 0) return QW_OPTION;
     int used = snprintf(message, message_size, "there is no preset \"%.40s\"; there are", name ? name : "");
     for (size_t i = 0; i < PRESET_COUNT && used >= 0 && (size_t)used < message_size; i++)
         used += snprintf(message + used, message_size - (size_t)used, "%s %s", i ? "," : "", infos[i].name);
+    const char *meant = NULL;
+    unsigned best = QW_NEVER_NEAR;
+    for (size_t i = 0; i < PRESET_COUNT && name; i++)
+        if (qw_is_near(name, infos[i].name, &best)) meant = infos[i].name;
+    if (meant && used >= 0 && (size_t)used < message_size)
+        snprintf(message + used, message_size - (size_t)used, "; did you mean \"%s\"?", meant);
     return QW_OPTION;
 }
 

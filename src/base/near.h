@@ -1,0 +1,14 @@
+/* Whether a word is a name misspelt. */
+#ifndef QW_BASE_NEAR_H
+#define QW_BASE_NEAR_H
+
+#include <stdbool.h>
+
+/* More than the distance of any two names: where `best` of qw_is_near begins. */
+enum { QW_NEVER_NEAR = 33 };
+
+/* Whether typed is nearer to name than best and within a third of its length: insertions, deletions and substitutions;
+   capitals are small letters, and - is _. Then best is that distance. */
+bool qw_is_near(const char *typed, const char *name, unsigned *best);
+
+#endif
