@@ -150,11 +150,12 @@ static void check_simplified(qw_run_state *run)
         qw_fail(run->env, QW_INTERNAL, -1, "%u components lost their topology to moves", check.broken_count);
 }
 
-/* Relaxation moves vertices and turns quads. */
+/* Relaxation moves vertices and turns quads. Half of a surface may have none where so few are wanted: the whole is
+   taken then. */
 static void check_relaxed(qw_run_state *run, const qw_quadmesh *quads)
 {
     if (run->options.repair) qw_quadmesh_validate(run->env, quads);
-    if (quads->face_count == 0) qw_fail(run->env, QW_INTERNAL, -1, "no quads are left");
+    if (quads->face_count == 0 && !run->mirror.is_used) qw_fail(run->env, QW_INTERNAL, -1, "no quads are left");
     check_positions(run->env, "result", quads->position, quads->vertex_count);
 }
 
