@@ -162,6 +162,7 @@ static void check_relaxed(qw_run_state *run, const qw_quadmesh *quads)
 static void check_assembled(qw_run_state *run)
 {
     check_relaxed(run, &run->finished);
+    if (run->finished.face_count == 0 && run->sides_meet) qw_fail(run->env, QW_INTERNAL, -1, "no quads are left");
     for (uint32_t i = 0; i < 3 * run->finished.vertex_count; i++)
         if (!isfinite(run->output[i]))
             qw_fail(run->env, QW_INTERNAL, i / 3, "vertex %u of the output is not finite", i / 3);
