@@ -648,7 +648,8 @@ QW_API qw_status qw_measure(const qw_mesh_view *mesh, const qw_mesh_view *agains
                             qw_topology *topology, qw_quality *quality);
 /* The result of the context's last run against its input, as its report has it: where the input was wrapped, against
  * what of it is seen from outside. Whether quads are flipped is judged by the surface that they were made of: parts
- * that were inside out are turned outward there, and where a plane of symmetry was used its reflection is there too. */
+ * that were inside out are turned outward there, and where positions were mirrored at a plane of symmetry its
+ * reflection is there too. */
 QW_API qw_status qw_measure_result(const qw_context *context, const qw_mesh_view *against, const qw_host *host,
                                    qw_topology *topology, qw_quality *quality);
 /* qw_measure against what of the surface is seen from outside, through gaps wider than this length (0: against all of

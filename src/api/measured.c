@@ -6,6 +6,7 @@
 #include "products/measure/measure.h"
 #include "products/wrap/visible.h"
 #include "products/wrap/wrap.h"
+#include "whole/mirror.h"
 
 #include <float.h>
 
@@ -86,14 +87,15 @@ static bool find_origin(qw_env *env, const qw_run_state *run, qw_mesh_view *orig
 {
     const qw_trimesh *m = &run->whole.clean.mesh;
     const qw_report *r = run->report;
-    bool differs = run->mirror.is_used || r->turned_components > 0 || r->flipped_triangles > 0;
+    bool is_mirrored = run->mirror.is_used && !qw_sides_differ(run);
+    bool differs = is_mirrored || r->turned_components > 0 || r->flipped_triangles > 0;
     if (!differs || run->whole.left_out || run->whole.clean.wrapped > 0 || m->face_count == 0) return false;
-    size_t times = run->mirror.is_used ? 2 : 1;
+    size_t times = is_mirrored ? 2 : 1;
     double *position = QW_NEW(env, double, 3 * times * m->vertex_count);
     uint32_t *corner = QW_NEW(env, uint32_t, 3 * times * m->face_count);
     *origin = (qw_mesh_view){.size = sizeof *origin, .uniform_face_size = 3, .positions = position, .corners = corner};
     add_surface(run, false, origin, position, corner);
-    if (run->mirror.is_used) add_surface(run, true, origin, position, corner);
+    if (is_mirrored) add_surface(run, true, origin, position, corner);
     return true;
 }
 

@@ -451,7 +451,7 @@ static void validate_joined(qw_context_state *c)
     const qw_run_state *run = &c->run;
     const qw_joined *j = &run->joined;
     uint64_t corners = 0;
-    REQUIRE(c, run->reflected <= run->finished.face_count && run->sides_meet <= 1 && run->sides_unlike <= 2,
+    REQUIRE(c, run->reflected <= run->finished.face_count && run->sides_meet <= 1 && run->sides_unlike <= QW_PARTS_LOST,
             "the sides of the plane are no sides");
     uint32_t rim_vertices = run->rim ? qw_rim_vertices(run) : 0;
     for (uint32_t v = 0; run->rim && v < run->finished.vertex_count; v++)

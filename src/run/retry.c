@@ -331,18 +331,20 @@ static qw_step after_assemble(const qw_history *h)
     const qw_verdict *v = &current(h)->verdict;
     qw_step step = {QW_RETRY_NO_ROOM, QW_NO_ATTEMPT, FIRST_PLAN};
     step.plan.plane = p->plane;
-    bool is_unlike = h->request.symmetry_is_free ? v->sides_unlike > 0 : v->sides_unlike == 1;
-    if (!v->sides_apart && !is_unlike && !v->count_off) return go_on(h->current);
-    bool gives_up = h->request.symmetry_is_free && v->sides_apart;
-    if (v->sides_apart && !v->sides_unlike && !gives_up && p->room < qw_retry_rows[QW_RETRY_NO_ROOM].most) {
+    bool is_free = h->request.symmetry_is_free != 0;
+    /* a plane that was asked for may lose what the whole would lose as well */
+    uint32_t unlike = v->sides_unlike == QW_PARTS_LOST && !is_free ? QW_SIDES_ALIKE : v->sides_unlike;
+    if (!v->sides_apart && unlike == QW_SIDES_ALIKE && !v->count_off) return go_on(h->current);
+    if (v->sides_apart && unlike == QW_SIDES_ALIKE && !is_free && p->room < qw_retry_rows[QW_RETRY_NO_ROOM].most) {
         double asked = fmax(h->request.faces_wanted, v->faces); /* there may be more already than were asked for */
         step.plan.room = p->room + 1;
         step.plan.core_faces = asked + ceil(MORE_ROOM * asked) * (1u << p->room);
         return step;
     }
+    bool is_hopeless = (is_free && v->sides_apart) || unlike == QW_PARTS_LOST ||
+                       (unlike == QW_OTHER_SIDE_FARTHER && p->plane > 0);
     step.cause = QW_RETRY_PLANE;
-    gives_up |= v->sides_unlike && (p->plane > 0 || v->sides_unlike > 1);
-    step.plan.plane = gives_up ? qw_retry_rows[QW_RETRY_PLANE].most : p->plane + 1;
+    step.plan.plane = is_hopeless ? qw_retry_rows[QW_RETRY_PLANE].most : p->plane + 1;
     bool may = h->request.planes && p->plane < qw_retry_rows[QW_RETRY_PLANE].most;
     return may ? step : go_on(h->current);
 }

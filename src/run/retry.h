@@ -51,13 +51,11 @@ typedef struct qw_verdict {
     uint32_t protrusions; /* that RELAX let grow; a repeated attempt has to grow them again */
     uint32_t working_vertices;
     /* after ASSEMBLE */
-    uint32_t sides_apart; /* flag: one side sewn to its reflection is not the surface that it is to be */
-    /* 1: the other side is not one that the quads of this one suit; 2: parts that stick out are lost, as they may be on
-       half of a surface */
-    uint32_t sides_unlike;
-    uint32_t count_off;  /* flag: both sides together have not the count that is promised */
-    uint32_t lacks_room; /* after INVERSIONS: 1: cones cut the surface into more triangles than quads are wanted, or
-                            lines run together over much of it; 2: into many times as many */
+    uint32_t sides_apart;  /* flag: one side sewn to its reflection is not the surface that it is to be */
+    uint32_t sides_unlike; /* qw_unlike */
+    uint32_t count_off;    /* flag: both sides together have not the count that is promised */
+    uint32_t lacks_room;   /* after INVERSIONS: 1: cones cut the surface into more triangles than quads are wanted, or
+                              lines run together over much of it; 2: into many times as many */
     /* after REPAIR or RELAX */
     uint32_t places; /* where topology was lost, area is uncovered or quads are flipped, if smaller quads can be had */
 } qw_verdict;

@@ -492,13 +492,14 @@ static bool has_corner_on(const qw_run_state *run, const qw_trimesh *m, float ed
     return false;
 }
 
-/* Half of a surface cannot be made into quads as well as the whole where sharp edges, found or sampled, run across the
-   plane or close beside it, and where tips lie on it. */
+/* Half of a surface cannot be made into quads as well as the whole where sharp edges, marked, found or sampled, run
+   across the plane, in it or close beside it, and where tips lie on it. */
 static bool is_smooth(const qw_run_state *run, const qw_mirror_plane *plane)
 {
     double used, angle = run->options.sharp_angle, square = sqrt(run->whole.area);
     float edge = (float)(square / sqrt(QUADS));
     qw_env *env = run->env;
+    if (run->whole.input->mark_count > 0 && (run->options.keep_marks || run->options.sharp_marks)) return false;
     qw_scope_begin(env);
     qw_trimesh surface = run->whole.clean.mesh;
     surface.mark = NULL, surface.point = NULL;

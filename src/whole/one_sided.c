@@ -60,17 +60,6 @@ static bool are_alike(const segments *s)
     return true;
 }
 
-static bool marks_are_alike(const qw_run_state *run, const qw_mirror_plane *plane)
-{
-    const qw_clean_input *in = run->whole.input;
-    if (!run->options.keep_marks && !run->options.sharp_marks) return true;
-    segments s = begin_segments(run, plane, in->mark_count);
-    for (uint32_t i = 0; i < in->mark_count; i++)
-        add_segment(&s, in->position + 3 * (size_t)in->mark[2 * (size_t)i],
-                    in->position + 3 * (size_t)in->mark[2 * (size_t)i + 1]);
-    return are_alike(&s);
-}
-
 static bool guides_are_alike(const qw_run_state *run, const qw_mirror_plane *plane)
 {
     const qw_steering *st = run->whole.steering;
@@ -108,7 +97,6 @@ const char *qw_one_sided_steering(const qw_run_state *run, const qw_mirror_plane
     qw_scope_begin(run->env);
     if (run->whole.steering->field_count > 0) what = "directions that were given";
     else if (!guides_are_alike(run, plane)) what = "guides";
-    else if (!marks_are_alike(run, plane)) what = "marked edges";
     else if (!densities_are_alike(run, plane)) what = "densities";
     qw_scope_end(run->env);
     return what;

@@ -4,8 +4,8 @@
 
 #include "whole/state.h"
 
-/* What steers the quads on one side of the plane otherwise than on the other, as the subject of a sentence: marks,
-   guides, directions, densities; NULL: nothing does. Needs what CLEAN leaves. */
+/* What steers the quads on one side of the plane otherwise than on the other, as the subject of a sentence: guides,
+   directions, densities; NULL: nothing does. Needs what CLEAN leaves. */
 const char *qw_one_sided_steering(const qw_run_state *run, const qw_mirror_plane *plane);
 
 #endif

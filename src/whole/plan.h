@@ -16,6 +16,10 @@ typedef enum qw_corner_cones { QW_CONES_AT_CORNERS, QW_CONES_BESIDE_CORNERS, QW_
    be tried next: that takes less time than large ones and leaves no triangle inverted as often. */
 typedef enum qw_effort { QW_EFFORT_SMALL, QW_EFFORT_FULL, QW_EFFORTS } qw_effort;
 
+/* Why quads of one side do not suit the other: they lie farther from it, or parts that stick out are lost, as they may
+   be on half of a surface. */
+typedef enum qw_unlike { QW_SIDES_ALIKE, QW_OTHER_SIDE_FARTHER, QW_PARTS_LOST } qw_unlike;
+
 /* Places around which quads are made smaller, of all retries together. */
 enum { QW_MAX_REFINEMENTS = 512 };
 

@@ -138,7 +138,7 @@ typedef struct qw_run_state {
     uint32_t sides_meet; /* flag: without symmetry 1; else: the quads have the topology of the core, and sewn to their
                             reflection that of the whole. ASSEMBLE may take it back */
     /* ASSEMBLE: in the frame of the whole */
-    uint32_t sides_unlike; /* as of qw_verdict (run/retry.h) */
+    uint32_t sides_unlike; /* qw_unlike */
     qw_quadmesh finished;  /* the quads of the core, those of small components, the reflections of both */
     uint32_t reflected;    /* the first quad that is a reflection: finished.face_count where there is none */
     uint32_t *source;      /* uint32_t[finished.face_count]: the quad that each is or is the reflection of; NULL without

@@ -27,7 +27,7 @@ static const char OTHER_COUNT[] =
 static void join_core(qw_run_state *run, const qw_quadmesh *core, uint32_t *flat)
 {
     run->finished = qw_join_small(run, core);
-    run->sides_unlike = 0;
+    run->sides_unlike = QW_SIDES_ALIKE;
     run->reflected = run->finished.face_count;
     if (run->mirror.is_used) {
         const uint8_t *sewn;
@@ -35,7 +35,7 @@ static void join_core(qw_run_state *run, const qw_quadmesh *core, uint32_t *flat
         const double *position = qw_output_positions(run, &run->clean, &quads, flat), *own = NULL;
         bool suits = true;
         if (qw_sides_differ(run)) own = qw_place_other_side(run, &quads, sewn, &suits);
-        run->sides_unlike = !suits;
+        run->sides_unlike = suits ? QW_SIDES_ALIKE : QW_OTHER_SIDE_FARTHER;
         qw_reflect_core(run, &quads, sewn, position, own);
     }
 }
@@ -105,7 +105,7 @@ void qw_stage_ASSEMBLE(qw_run_state *run)
     write_positions(run);
     warn_of_count(run);
     report_what_is_lost(run);
-    if (run->mirror.is_used && run->report->lost_parts > 0) run->sides_unlike = 2;
+    if (run->mirror.is_used && run->report->lost_parts > 0) run->sides_unlike = QW_PARTS_LOST;
     qw_warn_of_rims(run);
     if (!qw_fits_limit(run)) qw_make_exact(run, false, true);
     qw_make_levels(run);

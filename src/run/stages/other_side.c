@@ -141,7 +141,7 @@ typedef struct nearness {
 } nearness;
 
 /* Of points spread evenly over a surface, how far they are from the quads. */
-static nearness nearness_of(qw_env *env, const qw_trimesh *m, const qw_quadmesh *quads)
+static nearness nearness_of(qw_env *env, const qw_trimesh *m, const qw_halves *quads)
 {
     qw_scope_begin(env);
     double *end = QW_NEW(env, double, m->face_count), sum = 0;
@@ -155,8 +155,7 @@ static nearness nearness_of(qw_env *env, const qw_trimesh *m, const qw_quadmesh 
         qw_vec3 p = m->position[c[0]];
         point[i] = qw_madd(qw_madd(p, u, qw_sub(m->position[c[1]], p)), v, qw_sub(m->position[c[2]], p));
     }
-    qw_halves halves = qw_halve_quads(env, quads);
-    float *far = qw_distances_to_quads(env, point, JUDGED, &halves);
+    float *far = qw_distances_to_quads(env, point, JUDGED, quads);
     nearness n = {.mean = 0};
     for (uint32_t i = 0; i < JUDGED; i++) n.mean += (double)far[i] / JUDGED;
     n.far = qw_percentile(far, JUDGED, MOSTLY);
@@ -169,33 +168,32 @@ static bool is_as_near(double other, double core, double edge)
     return other <= NEARLY_AS_NEAR * core + NEAR_ENOUGH * edge;
 }
 
-/* Whether more of the other side's surface than of the core's is far from every quad, as a lost tip is. */
-static bool leaves_more_uncovered(const other_side *o, const qw_quadmesh *quads)
+/* The area of a surface that is far from every quad, as a lost tip is, in quads. */
+static double uncovered_area(const qw_run_state *run, const qw_trimesh *m, const qw_halves *quads)
 {
-    qw_env *env = o->run->env;
-    const qw_trimesh *mesh[2] = {&o->run->surface, &o->side.surface};
-    const qw_quadmesh *of[2] = {quads, &o->quads};
-    double area[2] = {0};
-    qw_scope_begin(env);
-    for (int i = 0; i < 2; i++) {
-        qw_halves halves = qw_halve_quads(env, of[i]);
-        const uint8_t *is_far = qw_mark_uncovered(env, mesh[i], &halves, qw_uncovered_distance(o->run));
-        for (uint32_t h = 0; h < 3 * mesh[i]->face_count; h++)
-            if (is_far[mesh[i]->corner[h]]) area[i] += (double)qw_length(qw_face_cross(mesh[i], h / 3));
-    }
-    qw_scope_end(env);
-    return area[1] > area[0] && qw_in_quads(o->run, area[1] - area[0]) > UNCOVERED;
+    double area = 0;
+    uint8_t *is_far = qw_mark_uncovered(run->env, m, quads, qw_uncovered_distance(run));
+    for (uint32_t h = 0; h < 3 * m->face_count; h++)
+        if (is_far[m->corner[h]]) area += (double)qw_length(qw_face_cross(m, h / 3)) / 6;
+    qw_free(run->env, is_far);
+    return qw_in_quads(run, area);
 }
 
+/* Whether the other side is as near to its quads, with their positions there, as the core is to the quads given. */
 static bool judge(const other_side *o, const qw_quadmesh *quads)
 {
     const qw_run_state *run = o->run;
-    nearness core = nearness_of(run->env, &run->clean.mesh, quads),
-             other = nearness_of(run->env, &o->side.clean.mesh, &o->quads);
+    qw_scope_begin(run->env);
+    qw_halves of_core = qw_halve_quads(run->env, quads), of_other = qw_halve_quads(run->env, &o->quads);
+    nearness core = nearness_of(run->env, &run->clean.mesh, &of_core),
+             other = nearness_of(run->env, &o->side.clean.mesh, &of_other);
     qw_log(run->env, QW_LOG_DEBUG, "the other side is off by %.3f and %.3f edges, the core by %.3f and %.3f",
            other.mean / run->rho, other.far / run->rho, core.mean / run->rho, core.far / run->rho);
-    return o->flipped == 0 && is_as_near(other.mean, core.mean, run->rho) &&
-           is_as_near(other.far, core.far, run->rho) && !leaves_more_uncovered(o, quads);
+    bool suits =
+        o->flipped == 0 && is_as_near(other.mean, core.mean, run->rho) && is_as_near(other.far, core.far, run->rho) &&
+        uncovered_area(run, &o->side.surface, &of_other) <= uncovered_area(run, &run->surface, &of_core) + UNCOVERED;
+    qw_scope_end(run->env);
+    return suits;
 }
 
 double *qw_place_other_side(const qw_run_state *run, const qw_quadmesh *quads, const uint8_t *sewn, bool *suits)

@@ -336,7 +336,7 @@ static void split_once(leveling *l)
 static void fit_quads(leveling *l)
 {
     const qw_run_state *run = l->run;
-    if (run->options.fit == 0 || qw_sides_differ(run)) return;
+    if (run->options.fit == 0) return;
     const qw_fit fit = {.tree = l->shape.tree, .strength = (float)run->options.fit};
     qw_fit_quads(run->env, &l->quads, &fit);
 }
