@@ -51,7 +51,8 @@ static uint32_t find_planes(const qw_run_state *run, qw_mirror_search found[QW_M
         return 1;
     }
     int axis = is_found(run) ? QW_NO_AXIS : (int)o->symmetry - QW_SYMMETRY_X;
-    return qw_find_mirror_planes(run->env, &run->whole.clean.mesh, &run->whole.clean.frame, axis, found);
+    double near = is_found(run) ? NEARLY : 1; /* across an axis the best plane is wanted, however far it is */
+    return qw_find_mirror_planes(run->env, &run->whole.clean.mesh, &run->whole.clean.frame, axis, near, found);
 }
 
 static void report_plane(qw_report *report, const qw_mirror_search *found, bool is_used)

@@ -15,8 +15,8 @@
    says why, where no plane may be used. Sets what whole/state.h says. Needs the core to be the whole. */
 void qw_take_one_side(qw_run_state *run);
 
-/* Makes the other side of the plane, reflected, the core of a copy of the run: what is on neither side's account
-   (components that are not reflected) left out. False where it is no surface like the core's. */
+/* Makes the other side of the plane, reflected, the core of a copy of the run, without the components that are not
+   reflected. False where its topology is not that of the core. */
 bool qw_take_other_side(qw_run_state *run);
 
 /* Whether the quads of the other side lie on its own surface, which is not quite the reflection of the core's. */

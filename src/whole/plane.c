@@ -31,6 +31,11 @@ static const double REACH = 0.1;
 /* Rounds go on while each lowers the mean distance to less than this share; a start is given up if the distance is
    above HOPELESS diagonals after two rounds. */
 static const double SHRINKS = 0.98, HOPELESS = 0.04;
+/* Planes are looked for about triangles at the samples first, together so many times as large as the surface: what is
+   then farther off than ROUGHLY times what is near enough is no plane of the surface, and of the rest those are
+   improved about the surface itself whose mean distance is at most ROUGHLY times that of the best, plus ROUGH
+   diagonals. */
+static const double COVERED = 2, ROUGHLY = 1.3, ROUGH = 2e-3;
 /* A surface lies in a plane if its mean distance from it is below so many diagonals. */
 static const double FLAT = 1e-6;
 /* Planes whose normals have at least this cosine are the same. */
@@ -283,36 +288,88 @@ static uint32_t keep_good(const plane_search *s, qw_mirror_search *of, uint32_t 
     return kept;
 }
 
-static uint32_t along_axes(plane_search *s, int axis, qw_mirror_search *found)
+/* A triangle at each sample, in the plane of the surface there. */
+static qw_trimesh rough_surface(plane_search *s, double area)
 {
+    static const float X[3] = {1, -0.5f, -0.5f}, Y[3] = {0, 0.8660254f, -0.8660254f};
+    qw_trimesh m = {.vertex_count = 3 * JUDGED, .face_count = JUDGED};
+    m.position = QW_NEW(s->env, qw_vec3, 3 * JUDGED), m.corner = QW_NEW(s->env, uint32_t, 3 * JUDGED);
+    float radius = (float)sqrt(COVERED * area / JUDGED / 1.2990381); /* area over the squared radius */
+    for (uint32_t i = 0; i < JUDGED; i++) {
+        qw_vec3 x = qw_any_orthogonal(s->normal[i]), y = qw_cross(s->normal[i], x), p = qw_v3_of_doubles(s->point[i]);
+        for (uint32_t k = 0; k < 3; k++) {
+            m.position[3 * i + k] = qw_madd(qw_madd(p, radius * X[k], x), radius * Y[k], y);
+            m.corner[3 * i + k] = 3 * i + k;
+        }
+    }
+    return m;
+}
+
+/* Where the search begins: the planes across the coordinate axes, which keep their normals, then those across these and
+   the principal axes, which do not. */
+typedef struct beginning {
+    qw_mirror_search from;
+    bool is_free;
+} beginning;
+enum { ALL_BEGINNINGS = 3 + BEGINNINGS };
+
+static uint32_t begin_all(plane_search *s, int axis, beginning *all)
+{
+    double m[3][3] = {{0}}, principal[3][3];
     uint32_t count = 0;
     for (int k = 0; k < 3; k++) {
         double normal[3] = {k == 0, k == 1, k == 2};
-        if (axis == QW_NO_AXIS || axis == k) found[count++] = improve(s, through_centre(s, normal), false);
+        if (axis == QW_NO_AXIS || axis == k) all[count++] = (beginning){{.plane = through_centre(s, normal)}, false};
     }
-    return keep_good(s, found, count);
-}
-
-/* Finds planes of any direction whose gap is smaller than the given one. */
-static uint32_t along_any(plane_search *s, double gap, qw_mirror_search *found)
-{
-    double m[3][3] = {{0}}, axis[3][3];
-    uint32_t count = 0;
+    if (axis != QW_NO_AXIS) return count;
     for (uint32_t i = 0; i < JUDGED; i++)
         for (int j = 0; j < 3; j++)
             for (int k = 0; k < 3; k++) m[j][k] += (s->point[i][j] - s->centre[j]) * (s->point[i][k] - s->centre[k]);
-    qw_principal_axes(m, axis);
+    qw_principal_axes(m, principal);
     for (int b = 0; b < BEGINNINGS; b++) {
         double normal[3] = {b == 0, b == 1, b == 2};
-        qw_mirror_search one = improve(s, through_centre(s, b < 3 ? normal : axis[b - 3]), true);
-        bool is_new = !is_as_good(gap, one.gap);
-        for (uint32_t i = 0; i < count && is_new; i++) {
-            const double *a = found[i].plane.normal, *n = one.plane.normal;
+        all[count++] = (beginning){{.plane = through_centre(s, b < 3 ? normal : principal[b - 3])}, true};
+    }
+    return count;
+}
+
+/* Improves all planes about the triangles of the samples, and keeps those that may be the best. */
+static uint32_t improve_roughly(plane_search *s, beginning *all, uint32_t count)
+{
+    double best = DBL_MAX;
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        all[i].from = improve(s, all[i].from.plane, all[i].is_free);
+        best = fmin(best, all[i].from.gap);
+    }
+    for (uint32_t i = 0; i < count; i++)
+        if (all[i].from.gap <= ROUGHLY * best + ROUGH) all[kept++] = all[i];
+    return kept;
+}
+
+/* The planes that keep their normals, improved; then, where one of another direction is better, those. */
+static uint32_t improve_all(plane_search *s, const beginning *all, uint32_t count, qw_mirror_search *found)
+{
+    qw_mirror_search other[BEGINNINGS];
+    uint32_t good = 0, others = 0;
+    for (uint32_t i = 0; i < count; i++)
+        if (!all[i].is_free) found[good++] = improve(s, all[i].from.plane, false);
+    if (good > 0) good = keep_good(s, found, good);
+    if (good > 0 && found[0].gap <= AS_GOOD_GAP) return good;
+    for (uint32_t i = 0; i < count; i++) {
+        if (!all[i].is_free) continue;
+        qw_mirror_search one = improve(s, all[i].from.plane, true);
+        bool is_new = good == 0 || !is_as_good(found[0].gap, one.gap);
+        for (uint32_t k = 0; k < others && is_new; k++) {
+            const double *a = other[k].plane.normal, *n = one.plane.normal;
             is_new = fabs(a[0] * n[0] + a[1] * n[1] + a[2] * n[2]) < SAME_NORMAL;
         }
-        if (is_new) found[count++] = one;
+        if (is_new) other[others++] = one;
     }
-    return count ? keep_good(s, found, count) : 0;
+    if (others == 0) return good;
+    others = keep_good(s, other, others);
+    memcpy(found, other, others * sizeof *other);
+    return others;
 }
 
 /* Converts the plane to the coordinates of the input, and moves it through their origin if that is as good. */
@@ -341,7 +398,7 @@ static qw_mirror_search judge(plane_search *s, const qw_frame *frame, const qw_m
 
 static plane_search begin_search(qw_env *env, const qw_trimesh *mesh)
 {
-    plane_search s = {.env = env, .mesh = mesh, .bvh = qw_bvh_build(env, mesh)};
+    plane_search s = {.env = env, .mesh = mesh};
     s.area_end = QW_NEW(env, double, mesh->face_count), s.normal = QW_NEW(env, qw_vec3, JUDGED);
     s.point = qw_alloc(env, JUDGED, sizeof *s.point), s.near = qw_alloc(env, JUDGED, sizeof *s.near);
     s.is_near = QW_NEW(env, uint8_t, JUDGED), s.distance = QW_NEW(env, float, JUDGED);
@@ -355,27 +412,35 @@ qw_mirror_search qw_judge_mirror_plane(qw_env *env, const qw_trimesh *mesh, cons
 {
     qw_scope_begin(env);
     plane_search s = begin_search(env, mesh);
+    s.bvh = qw_bvh_build(env, mesh);
     qw_mirror_search judged = judge(&s, frame, plane);
     qw_scope_end(env);
     return judged;
 }
 
-uint32_t qw_find_mirror_planes(qw_env *env, const qw_trimesh *mesh, const qw_frame *frame, int axis,
+uint32_t qw_find_mirror_planes(qw_env *env, const qw_trimesh *mesh, const qw_frame *frame, int axis, double near,
                                qw_mirror_search found[QW_MOST_PLANES])
 {
     assert(mesh->face_count > 0 && axis >= 0 && axis <= QW_NO_AXIS);
-    qw_mirror_search good[BEGINNINGS], other[BEGINNINGS];
+    qw_mirror_search good[ALL_BEGINNINGS];
+    beginning all[ALL_BEGINNINGS];
     qw_scope_begin(env);
     plane_search s = begin_search(env, mesh);
-    uint32_t count = along_axes(&s, axis, good);
-    if (axis == QW_NO_AXIS && good[0].gap > AS_GOOD_GAP) {
-        uint32_t better = along_any(&s, good[0].gap, other);
-        for (uint32_t i = 0; i < better; i++) good[i] = other[i], count = better;
-    }
-    if (count > QW_MOST_PLANES) count = QW_MOST_PLANES;
-    for (uint32_t i = 0; i < count; i++) {
-        qw_mirror_plane plane = in_input(&s, frame, &good[i]);
-        found[i] = judge(&s, frame, &plane);
+    qw_trimesh rough = rough_surface(&s, s.area_end[mesh->face_count - 1]);
+    s.bvh = qw_bvh_build(env, &rough);
+    uint32_t beginnings = improve_roughly(&s, all, begin_all(&s, axis, all)), count = 1, best = 0;
+    for (uint32_t i = 1; i < beginnings; i++)
+        if (all[i].from.gap < all[best].from.gap) best = i;
+    qw_mirror_plane plane = in_input(&s, frame, &all[best].from);
+    found[0] = judge(&s, frame, &plane);
+    if (found[0].most <= ROUGHLY * near) {
+        s.bvh = qw_bvh_build(env, mesh);
+        count = improve_all(&s, all, beginnings, good);
+        if (count > QW_MOST_PLANES) count = QW_MOST_PLANES;
+        for (uint32_t i = 0; i < count; i++) {
+            plane = in_input(&s, frame, &good[i]);
+            found[i] = judge(&s, frame, &plane);
+        }
     }
     qw_scope_end(env);
     return count;

@@ -52,8 +52,10 @@ enum { QW_MOST_PLANES = 3 };
 /* Sets found[0] to the plane about which the surface is most nearly symmetric: one along the given axis, or any
    (QW_NO_AXIS). Of several that are as good, those along an axis come first, then those that cut the surface along
    the shorter curves; the next best follow. A plane goes through the origin where that is as good. mesh: in the frame.
-   Returns how many there are, at least 1. Distances are cut off at a tenth of the diagonal. */
-uint32_t qw_find_mirror_planes(qw_env *env, const qw_trimesh *mesh, const qw_frame *frame, int axis,
+   Returns how many there are, at least 1. Distances are cut off at a tenth of the diagonal. near: diagonals within
+   which 95 % of the reflected surface are to lie: where even the best plane is far from that, it is found and measured
+   about samples of the surface alone. */
+uint32_t qw_find_mirror_planes(qw_env *env, const qw_trimesh *mesh, const qw_frame *frame, int axis, double near,
                                qw_mirror_search found[QW_MOST_PLANES]);
 
 /* How nearly a surface is symmetric about a plane, in the coordinates of the input. */

@@ -7,6 +7,7 @@
 #include "whole/small.h"
 #include "run/stages/stages.h"
 
+#include "base/mechanisms.h"
 #include "base/promise.h"
 #include "whole/directions.h"
 #include "whole/guides.h"
@@ -34,7 +35,9 @@ static void join_core(qw_run_state *run, const qw_quadmesh *core, uint32_t *flat
         qw_quadmesh quads = qw_split_at_cut(run, &run->finished, &sewn);
         const double *position = qw_output_positions(run, &run->clean, &quads, flat), *own = NULL;
         bool suits = true;
-        if (qw_sides_differ(run)) own = qw_place_other_side(run, &quads, sewn, &suits);
+        if (qw_sides_differ(run) && qw_uses(run->env, QW_MECH_OTHER_SIDE))
+            own = qw_place_other_side(run, &quads, sewn, &suits);
+        qw_did(run->env, QW_MECH_OTHER_SIDE, own != NULL);
         run->sides_unlike = suits ? QW_SIDES_ALIKE : QW_OTHER_SIDE_FARTHER;
         qw_reflect_core(run, &quads, sewn, position, own);
     }
