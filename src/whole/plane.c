@@ -15,7 +15,8 @@
 #include <string.h>
 
 enum {
-    SAMPLES = 600, /* of each round; all rounds use the same ones */
+    SAMPLES = 600,     /* of each round; all rounds use the same ones */
+    FEW_SAMPLES = 240, /* the same while planes are looked for about the samples alone */
     ROUNDS = 8,
     JUDGED = 2400, /* samples by which the resulting plane is measured */
     BEGINNINGS = 6 /* start planes: across the coordinate axes and across the principal axes */
@@ -88,10 +89,11 @@ typedef struct plane_search {
     qw_env *env;
     const qw_trimesh *mesh;
     const qw_bvh *bvh;
+    uint32_t samples; /* of each round */
     double centre[3]; /* of the area */
     double diagonal;
     double *area_end;   /* double[face_count]: area of the triangles up to here */
-    double (*point)[3]; /* double[JUDGED][3], of which every fourth is used in the rounds */
+    double (*point)[3]; /* double[JUDGED][3], of which the rounds use some, evenly spaced */
     qw_vec3 *normal;    /* qw_vec3[JUDGED], unit */
     double (*near)[3];  /* the point of the surface nearest to each reflection */
     uint8_t *is_near;   /* uint8_t[JUDGED]: there is one within REACH */
@@ -183,19 +185,19 @@ static double reflect_all(plane_search *s, const qw_mirror_plane *plane, uint32_
 /* The plane that suits the samples and their nearest points best, its normal free or kept. */
 static qw_mirror_plane next_plane(const plane_search *s, const qw_mirror_plane *plane, bool is_free)
 {
-    enum { STEP = JUDGED / SAMPLES };
+    uint32_t step = JUDGED / s->samples;
     double middle[2][3] = {{0}}, m[3][3] = {{0}}, axis[3][3], normal[3], count = 0;
-    for (uint32_t i = 0; i < SAMPLES; i++) count += s->is_near[i];
+    for (uint32_t i = 0; i < s->samples; i++) count += s->is_near[i];
     if (count == 0) return *plane;
-    for (uint32_t i = 0; i < SAMPLES; i++)
+    for (uint32_t i = 0; i < s->samples; i++)
         for (int k = 0; k < 3 && s->is_near[i]; k++)
-            middle[0][k] += s->point[i * STEP][k] / count, middle[1][k] += s->near[i][k] / count;
+            middle[0][k] += s->point[i * step][k] / count, middle[1][k] += s->near[i][k] / count;
     memcpy(normal, plane->normal, sizeof normal);
     if (is_free) {
-        for (uint32_t i = 0; i < SAMPLES; i++)
+        for (uint32_t i = 0; i < s->samples; i++)
             for (int j = 0; j < 3 && s->is_near[i]; j++)
                 for (int k = 0; k < 3; k++) {
-                    double p = s->point[i * STEP][j] - middle[0][j], q = s->near[i][k] - middle[1][k];
+                    double p = s->point[i * step][j] - middle[0][j], q = s->near[i][k] - middle[1][k];
                     m[j][k] += p * q / 2, m[k][j] += p * q / 2;
                 }
         qw_principal_axes(m, axis);
@@ -208,13 +210,13 @@ static qw_mirror_plane next_plane(const plane_search *s, const qw_mirror_plane *
     return qw_mirror_plane_of(normal, offset);
 }
 
-/* Improves a plane by rounds. Returns the best plane on the way; its gap is measured on SAMPLES samples. */
+/* Improves a plane by rounds. Returns the best plane on the way; its gap is measured on the samples of a round. */
 static qw_mirror_search improve(plane_search *s, qw_mirror_plane plane, bool is_free)
 {
     assert(s->bvh && s->distance);
     qw_mirror_search best = {plane, DBL_MAX, DBL_MAX, DBL_MAX};
     for (int round = 0; round < ROUNDS; round++) {
-        double gap = reflect_all(s, &plane, SAMPLES);
+        double gap = reflect_all(s, &plane, s->samples);
         bool goes_on = gap < SHRINKS * best.gap && !(round > 0 && gap > HOPELESS);
         if (gap < best.gap) best.gap = gap, best.plane = plane;
         if (!goes_on) break;
@@ -379,7 +381,7 @@ static qw_mirror_plane in_input(plane_search *s, const qw_frame *frame, const qw
     for (int k = 0; k < 3; k++) to_origin -= found->plane.normal[k] * frame->center[k];
     qw_mirror_plane centred = found->plane;
     centred.offset = to_origin * frame->scale;
-    bool is_centred = is_as_good(reflect_all(s, &centred, SAMPLES), found->gap);
+    bool is_centred = is_as_good(reflect_all(s, &centred, s->samples), found->gap);
     return qw_mirror_plane_of(found->plane.normal, is_centred ? 0 : offset - to_origin);
 }
 
@@ -398,7 +400,7 @@ static qw_mirror_search judge(plane_search *s, const qw_frame *frame, const qw_m
 
 static plane_search begin_search(qw_env *env, const qw_trimesh *mesh)
 {
-    plane_search s = {.env = env, .mesh = mesh};
+    plane_search s = {.env = env, .mesh = mesh, .samples = SAMPLES};
     s.area_end = QW_NEW(env, double, mesh->face_count), s.normal = QW_NEW(env, qw_vec3, JUDGED);
     s.point = qw_alloc(env, JUDGED, sizeof *s.point), s.near = qw_alloc(env, JUDGED, sizeof *s.near);
     s.is_near = QW_NEW(env, uint8_t, JUDGED), s.distance = QW_NEW(env, float, JUDGED);
@@ -427,14 +429,14 @@ uint32_t qw_find_mirror_planes(qw_env *env, const qw_trimesh *mesh, const qw_fra
     qw_scope_begin(env);
     plane_search s = begin_search(env, mesh);
     qw_trimesh rough = rough_surface(&s, s.area_end[mesh->face_count - 1]);
-    s.bvh = qw_bvh_build(env, &rough);
+    s.bvh = qw_bvh_build(env, &rough), s.samples = FEW_SAMPLES;
     uint32_t beginnings = improve_roughly(&s, all, begin_all(&s, axis, all)), count = 1, best = 0;
     for (uint32_t i = 1; i < beginnings; i++)
         if (all[i].from.gap < all[best].from.gap) best = i;
     qw_mirror_plane plane = in_input(&s, frame, &all[best].from);
     found[0] = judge(&s, frame, &plane);
     if (found[0].most <= ROUGHLY * near) {
-        s.bvh = qw_bvh_build(env, mesh);
+        s.bvh = qw_bvh_build(env, mesh), s.samples = SAMPLES;
         count = improve_all(&s, all, beginnings, good);
         if (count > QW_MOST_PLANES) count = QW_MOST_PLANES;
         for (uint32_t i = 0; i < count; i++) {
