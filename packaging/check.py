@@ -247,4 +247,5 @@ if __name__ == "__main__":
         sys.exit(__doc__)
     for note in left_out:
         print("packaging: left out: " + note)
-    sys.exit("\n".join("packaging: " + sentence for sentence in wrong))
+    if wrong:
+        sys.exit("\n".join("packaging: " + sentence for sentence in wrong))
