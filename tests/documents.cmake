@@ -26,7 +26,9 @@ endif()
 file(STRINGS ${ROOT}/include/quadwright/quadwright.h version REGEX "^#define QW_VERSION_(MAJOR|MINOR|PATCH) [0-9]+$")
 list(TRANSFORM version REPLACE "^#define QW_VERSION_[A-Z]+ " "")
 list(JOIN version "." version)
-foreach(pair "bindings/web/package/package.json|\"version\": \"${version}\"" "CITATION.cff|version: ${version}")
+foreach(pair "bindings/web/package/package.json|\"version\": \"${version}\"" "CITATION.cff|version: ${version}"
+    "bindings/freecad/Quadwright/package.xml|<version>${version}</version>" "bindings/comfyui/pyproject.toml|version = \"${version}\""
+    "bindings/python/server.json|\"version\": \"${version}\"")
   string(REGEX MATCH "^([^|]*)\\|(.*)$" matched "${pair}")
   file(READ ${ROOT}/${CMAKE_MATCH_1} text)
   if(NOT text MATCHES "${CMAKE_MATCH_2}")
