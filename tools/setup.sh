@@ -16,7 +16,7 @@ for group; do
     web) packages+=(emscripten nodejs) && { command -v npm > /dev/null || packages+=(npm); } ;; # some builds of nodejs bring npm
     web-test) packages+=(chromium) ;;
     python) packages+=(python3-build python3-setuptools python3-wheel python3-venv python3-dev python3-numpy) ;;
-    python-test) packages+=(python3-pytest python3-meshio python3-vtk9 python3-open3d gmsh python3-distributed python3-tqdm mypy) ;;
+    python-test) packages+=(python3-pytest python3-meshio python3-vtk9 python3-open3d gmsh python3-distributed python3-tqdm mypy python3-torch python3-pil) ;; # torch and pictures: ComfyUI's
     python-old) packages+=(debootstrap) ;;
     cluster) packages+=(parallel slurm-wlm munge procps) ;;
     blender) packages+=(blender python3-numpy xvfb xauth xdotool libgl1-mesa-dri) ;;
