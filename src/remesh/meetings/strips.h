@@ -1,0 +1,29 @@
+/* Strips of quads, side by side, as integers of a complex make them: how large a part of them crosses itself.
+ *
+ * A strip is a curve half-way between two lattice lines. It crosses edges of the complex at half-integer places, as
+ * many as a component of the offset is long, and passes each triangle straight on: what it meets is known from the
+ * places alone, without any quad (normal curves, as of Haken 1961). A quad lies where two strips cross. */
+#ifndef QW_REMESH_MEETINGS_STRIPS_H
+#define QW_REMESH_MEETINGS_STRIPS_H
+
+#include "remesh/quantise/complex.h"
+
+typedef struct qw_strip_counts {
+    uint32_t strips, crossing; /* of all, those that cross themselves */
+    double area;               /* quads, each once for either of its two strips */
+    double crossing_area;      /* of it in strips that cross themselves */
+} qw_strip_counts;
+
+/* Room to count strips in, zeroed before the first count; for complexes of the same edges. */
+typedef struct qw_strip_room {
+    uint32_t *first;  /* uint32_t[2 edges + 1]: see strips.c */
+    uint32_t *strip;  /* uint32_t[places]: a place of the same strip, the lowest */
+    uint32_t *halves; /* uint32_t[places]: by strip, halves of quads in it, those twice where it crosses itself */
+    uint8_t *crosses; /* uint8_t[places]: by strip, whether it crosses itself */
+    size_t first_room, strip_room, halves_room, crosses_room;
+} qw_strip_room;
+
+/* c: closed, with integers in c->d. Triangles without a positive area count nothing. */
+qw_strip_counts qw_count_strips(qw_env *env, const qw_complex *c, qw_strip_room *room);
+
+#endif
