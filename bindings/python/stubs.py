@@ -37,7 +37,8 @@ class Guide:
     points: Any
     kind: Literal["loop", "direction"]
     closed: bool
-    def __init__(self, points: npt.ArrayLike, kind: Literal["loop", "direction"] = ..., closed: bool = ...) -> None: ...
+    rings: int
+    def __init__(self, points: npt.ArrayLike, kind: Literal["loop", "direction"] = ..., closed: bool = ..., rings: int = ...) -> None: ...
 
 class Provenance:
     vertices: npt.NDArray[np.void]

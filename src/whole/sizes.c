@@ -3,6 +3,7 @@
 #include "base/constants.h"
 #include "remesh/sizes/painted.h"
 #include "whole/kept_rims.h"
+#include "whole/ring_guides.h"
 
 #include <string.h>
 
@@ -17,7 +18,7 @@ float qw_uncovered_distance(const qw_run_state *run) { return (float)QW_UNCOVERE
 
 bool qw_has_density(const qw_run_state *run) { return run->options.adaptive > 0 || run->input.density; }
 
-float *qw_wanted_size(const qw_run_state *run, double rho, float **base_target, qw_tip_list *tips)
+float *qw_wanted_size(const qw_run_state *run, double rho, float **base_target, qw_tip_list *tips, qw_nests *nests)
 {
     qw_env *env = run->env;
     qw_size_request request = {.surface = &run->surface,
@@ -31,6 +32,9 @@ float *qw_wanted_size(const qw_run_state *run, double rho, float **base_target, 
                                .refinements = run->plan.refinements};
     float *size = qw_shared_sizes(env, &request, tips);
     if (qw_keeps_rims(run)) qw_fit_rims(run, size);
+    qw_nests fitted = qw_nests_of_guides(run, qw_in_quads(run, run->core.area));
+    qw_fit_nests(env, &run->surface, &fitted, size);
+    if (nests) *nests = fitted;
     *base_target = QW_NEW(env, float, run->surface.vertex_count);
     memcpy(*base_target, size, run->surface.vertex_count * sizeof *size);
     qw_refine_sizes(env, &request, size);

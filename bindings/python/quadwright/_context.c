@@ -180,13 +180,15 @@ static PyObject *set_guide_list(context *c, PyObject *list, qw_guide *guides, Py
     for (uint32_t i = 0; i < count; i++) {
         PyObject *points;
         int kind, closed;
-        if (!PyArg_ParseTuple(PyList_GetItem(list, i), "Oip", &points, &kind, &closed)) return NULL;
+        unsigned rings;
+        if (!PyArg_ParseTuple(PyList_GetItem(list, i), "OipI", &points, &kind, &closed, &rings)) return NULL;
         if (!native_take_buffer(points, &buffers[i], "d", 8, "guides")) return NULL;
         guides[i] = (qw_guide){.size = sizeof *guides,
                                .kind = (qw_guide_kind)kind,
                                .closed = closed,
                                .point_count = (uint32_t)(buffers[i].len / 24),
-                               .points = buffers[i].buf};
+                               .points = buffers[i].buf,
+                               .rings = rings};
     }
     return begin(c, Py_None, Py_None) ? settle(c, qw_set_guides(c->context, count ? guides : NULL, count)) : NULL;
 }

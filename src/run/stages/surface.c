@@ -246,7 +246,7 @@ static void condense(qw_run_state *run, double rho)
     double share = (double)CONDENSED * (qw_keeps_rims(run) ? SMALLER : 1);
     if (s->face_count <= dense_for(run, share * rho)) return;
     qw_scope_begin(env);
-    float *base_target, *length = qw_wanted_size(run, rho, &base_target, NULL);
+    float *base_target, *length = qw_wanted_size(run, rho, &base_target, NULL, NULL);
     for (uint32_t v = 0; v < s->vertex_count; v++) length[v] *= CONDENSED;
     if (s->face_count > room_for(s, length)) coarsen(run, length);
     qw_scope_end(env);
@@ -296,6 +296,21 @@ void qw_set_holds(qw_run_state *run)
     qw_free(run->env, cut), qw_free(run->env, reach);
 }
 
+/* Directions in nests. */
+static void direct_nests(qw_run_state *run, const qw_nests *nests)
+{
+    run->nested = NULL;
+    if (nests->count == 0 || !qw_uses(run->env, QW_MECH_NESTS)) return;
+    run->nested = QW_NEW_ZERO(run->env, qw_vec3, run->working.mesh.vertex_count);
+    int64_t count = qw_direct_nests(run->env, &run->working.mesh, nests, run->constraint, run->nested);
+    qw_did(run->env, QW_MECH_NESTS, count);
+    for (uint32_t i = 0; i < nests->count; i++)
+        qw_log(run->env, QW_LOG_DEBUG, "nest %u: edges of %.4g, %.3g and %.3g of them to each side", i,
+               (double)nests->nest[i].edge / run->clean.frame.scale,
+               (double)(nests->nest[i].reach[QW_LEFT] / nests->nest[i].edge),
+               (double)(nests->nest[i].reach[QW_RIGHT] / nests->nest[i].edge));
+}
+
 /* Wanted sizes, the working mesh at them, which curves it can keep, and its normals. */
 void qw_stage_WORKING(qw_run_state *run)
 {
@@ -311,7 +326,8 @@ void qw_stage_WORKING(qw_run_state *run)
     qw_advise_wrap(run);
     qw_resolution_request resolution = qw_resolution_of(run);
     double share = qw_working_edges(&resolution);
-    float *base_target, *size = qw_wanted_size(run, run->rho, &base_target, &run->tips);
+    qw_nests nests;
+    float *base_target, *size = qw_wanted_size(run, run->rho, &base_target, &run->tips, &nests);
     bool has_spots = memcmp(size, base_target, run->surface.vertex_count * sizeof *size) != 0;
     for (uint32_t v = 0; v < run->surface.vertex_count; v++) size[v] /= (float)share, base_target[v] /= (float)share;
     run->working = qw_working_mesh(env, &run->surface, &run->surface_census, size, has_spots ? base_target : NULL);
@@ -322,6 +338,7 @@ void qw_stage_WORKING(qw_run_state *run)
     qw_unmark_curves(&run->working.mesh, run->curve_verdict);
     qw_free(env, reach);
     qw_set_holds(run);
+    direct_nests(run, &nests);
     run->normal = qw_vertex_normals(env, mesh);
     if (qw_uses(env, QW_MECH_CREASE_NORMALS)) {
         qw_balance_creases(env, mesh, run->normal);
@@ -337,8 +354,15 @@ void qw_stage_WORKING(qw_run_state *run)
 
 qw_hierarchy *qw_build_hierarchy(const qw_run_state *run)
 {
+    uint32_t n = run->working.mesh.vertex_count;
     qw_hierarchy *h = QW_NEW(run->env, qw_hierarchy, 1);
-    *h = qw_hierarchy_build(run->env, &run->working.mesh, run->normal, run->constraint, run->direction);
+    qw_vec3 *direction = QW_NEW(run->env, qw_vec3, n);
+    for (uint32_t v = 0; v < n; v++)
+        direction[v] = run->nested && run->constraint[v] == QW_VERTEX_FREE && qw_length2(run->nested[v]) > 0
+                           ? run->nested[v]
+                           : run->direction[v];
+    *h = qw_hierarchy_build(run->env, &run->working.mesh, run->normal, run->constraint, direction);
+    qw_free(run->env, direction);
     return h;
 }
 
