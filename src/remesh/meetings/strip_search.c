@@ -10,9 +10,9 @@
 #include <math.h>
 #include <string.h>
 
-/* Quads of self-crossing strips that are worth a unit of energy, in quads of lines that are: meetings leave little
-   room. */
-static const double ENERGY_WORTH = 6;
+/* Quads of strips that cross themselves by which there must be fewer for a quad that lines must become shorter by in a
+   meeting: the search comes when meetings have used up most of what distortion may be had for. */
+static const double LEFT_WORTH = 6;
 /* Quads by which a move may make the score worse at first. */
 static const double FIRST_THRESHOLD = 20;
 /* MOST_TRIES: moves that are tried, fewer where quads times tries are more than MOST_COUNTED. */
@@ -101,7 +101,7 @@ static double area_of(const qw_complex *c, uint32_t f)
 
 static double score_of(const qw_meeting_terms *t, const state *s)
 {
-    return s->crossing + ENERGY_WORTH * t->worth * s->energy + qw_area_beyond(t->least_area, t->most_area, s->area);
+    return s->crossing + LEFT_WORTH * (t->worth * s->energy + qw_area_beyond(t->least_area, t->most_area, s->area));
 }
 
 /* Lists the faces beside the move's edges and takes their energies and areas out of the sums. */

@@ -29,26 +29,43 @@ static side side_of(const qw_complex *c, const uint32_t *first, uint32_t h, unsi
 
 static uint32_t place_on(side s, uint32_t i) { return s.first + (uint32_t)(s.by * (int32_t)i); }
 
-/* Strips that pass between two sides of a triangle: so many, beside the corner where `out` begins and `in` ends. */
-static void join_around(uint32_t *strip, side out, side in, uint32_t count)
+/* Joins the strips that pass between two sides of a triangle, of which there are `count`, beside the corner where `out`
+   begins and `in` ends. They run through the triangle over a length that grows from nothing at the corner to `width`,
+   which is put down at the places of the longest side. */
+static void join_around(qw_strip_room *r, side out, side in, bool out_is_longest, double width)
 {
-    for (uint32_t i = 0; i < count; i++) qw_join_sets(strip, place_on(out, i), place_on(in, in.count - 1 - i));
+    uint32_t count = out_is_longest ? in.count : out.count;
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t a = place_on(out, i), b = place_on(in, in.count - 1 - i);
+        qw_join_sets(r->strip, a, b);
+        r->length[out_is_longest ? a : b] += width * (i + 0.5) / count;
+    }
 }
 
 /* What crosses the longest side of a triangle leaves it by one of the two others, in order. */
-static side longest_of(const qw_complex *c, const uint32_t *first, uint32_t f, unsigned axis, side *next, side *before)
+static void pass_triangle(const qw_complex *c, qw_strip_room *r, uint32_t f, unsigned axis, double double_area)
 {
     side s[3];
     unsigned longest = 0;
     for (unsigned i = 0; i < 3; i++) {
-        s[i] = side_of(c, first, 3 * f + i, axis);
+        s[i] = side_of(c, r->first, 3 * f + i, axis);
         if (s[i].count > s[longest].count) longest = i;
     }
-    *next = s[(longest + 1) % 3], *before = s[(longest + 2) % 3];
-    assert(next->count + before->count == s[longest].count);
-    return s[longest];
+    side next = s[(longest + 1) % 3], before = s[(longest + 2) % 3];
+    assert(next.count + before.count == s[longest].count);
+    if (s[longest].count == 0) return;
+    double width = double_area / s[longest].count; /* at the corner opposite, where the triangle is widest */
+    join_around(r, s[longest], before, true, width);
+    join_around(r, next, s[longest], false, width);
 }
 
+static double double_area_of(const qw_complex *c, uint32_t f)
+{
+    double area = qw_int2_det(qw_steps_along(c, 3 * f), qw_steps_along(c, 3 * f + 1));
+    return area > 0 ? area : 0;
+}
+
+/* Returns the number of places; r->length becomes that of strips, by the place that names them. */
 static uint32_t find_strips(qw_env *env, const qw_complex *c, qw_strip_room *r)
 {
     r->first = qw_grow(env, r->first, &r->first_room, 2 * (size_t)c->edge_count + 1, sizeof *r->first);
@@ -59,77 +76,83 @@ static uint32_t find_strips(qw_env *env, const qw_complex *c, qw_strip_room *r)
     }
     uint32_t count = r->first[2 * c->edge_count];
     r->strip = qw_grow(env, r->strip, &r->strip_room, count + 1, sizeof *r->strip);
+    r->length = qw_grow(env, r->length, &r->length_room, count + 1, sizeof *r->length);
     qw_sets_begin(r->strip, count);
+    memset(r->length, 0, count * sizeof *r->length);
     for (uint32_t f = 0; f < c->face_count; f++)
-        for (unsigned axis = 0; axis < 2; axis++) {
-            side next, before, longest = longest_of(c, r->first, f, axis, &next, &before);
-            join_around(r->strip, longest, before, before.count);
-            join_around(r->strip, next, longest, next.count);
-        }
-    for (uint32_t i = 0; i < count; i++) r->strip[i] = r->strip[r->strip[i]]; /* parents are lower, so done already */
+        for (unsigned axis = 0; axis < 2; axis++) pass_triangle(c, r, f, axis, double_area_of(c, f));
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t of = r->strip[i] = r->strip[r->strip[i]]; /* parents are lower, so their own are known */
+        if (of != i) r->length[of] += r->length[i];
+    }
     return count;
 }
 
-/* A triangle's strips along one axis, from its least coordinate on. */
+/* A triangle's places along one axis, by rising coordinates from `least` on. */
 typedef struct rows {
     int32_t least;
-    uint32_t count, first;
-    int32_t by;
+    side places;
 } rows;
 
 static rows rows_of(const qw_complex *c, const uint32_t *first, uint32_t f, unsigned axis)
 {
-    side next, before, s = longest_of(c, first, f, axis, &next, &before);
-    qw_int2 tail = {0, 0}; /* of the longest side, from the triangle's first corner */
+    rows best = {0};
+    int32_t at = 0; /* of the tail of a side, from the triangle's first corner */
     for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
-        side t = side_of(c, first, h, axis);
-        if (t.first == s.first && t.by == s.by && t.count == s.count && t.steps == s.steps) break;
-        tail = qw_int2_add(tail, qw_steps_along(c, h));
+        side s = side_of(c, first, h, axis);
+        if (h == 3 * f || s.count > best.places.count) {
+            best = (rows){at, s};
+            if (s.steps < 0) best = (rows){at + s.steps, {-s.steps, s.count, place_on(s, s.count - 1), -s.by}};
+        }
+        at += s.steps;
     }
-    int32_t at = axis ? tail.y : tail.x;
-    if (s.steps >= 0) return (rows){at, s.count, s.first, s.by};
-    return (rows){at + s.steps, s.count, place_on(s, s.count - 1), -s.by};
+    return best;
 }
 
-/* Counts the quads whose middles lie in triangle f, those on its sides half. */
-static void count_triangle(const qw_complex *c, uint32_t f, qw_strip_room *r)
+/* Whether the middle of the cell of column x and row y lies in triangle f or on its sides. */
+static bool has_middle(const qw_complex *c, uint32_t f, int64_t x, int64_t y)
 {
-    qw_int2 u[3];
-    for (uint32_t i = 0; i < 3; i++) u[i] = qw_steps_along(c, 3 * f + i);
-    if (qw_int2_det(u[0], u[1]) <= 0) return;
-    rows x = rows_of(c, r->first, f, 0), y = rows_of(c, r->first, f, 1);
-    int64_t left[3]; /* twice the double area between each side and the middle of the first cell of a row */
-    qw_int2 corner = {0, 0};
-    for (uint32_t i = 0; i < 3; i++) {
-        left[i] = u[i].x * (2 * ((int64_t)y.least - corner.y) + 1) - u[i].y * (2 * ((int64_t)x.least - corner.x) + 1);
-        corner = qw_int2_add(corner, u[i]);
+    int64_t cx = 0, cy = 0; /* the corner that a side begins at */
+    for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
+        qw_int2 u = qw_steps_along(c, h);
+        if (u.x * (2 * (y - cy) + 1) < u.y * (2 * (x - cx) + 1)) return false;
+        cx += u.x, cy += u.y;
     }
-    for (uint32_t j = 0; j < y.count; j++) {
-        uint32_t row = r->strip[y.first + (uint32_t)(y.by * (int32_t)j)], in_row = 0;
-        int64_t a = left[0], b = left[1], d = left[2];
-        for (uint32_t i = 0; i < x.count; i++, a -= 2 * u[0].y, b -= 2 * u[1].y, d -= 2 * u[2].y) {
-            if ((a | b | d) < 0) continue;
-            uint32_t column = r->strip[x.first + (uint32_t)(x.by * (int32_t)i)], halves = a && b && d ? 2 : 1;
-            in_row += halves, r->halves[column] += halves;
-            if (row == column) r->crosses[row] = 1;
-        }
-        r->halves[row] += in_row;
-        for (uint32_t i = 0; i < 3; i++) left[i] += 2 * (int64_t)u[i].x;
+    return true;
+}
+
+/* Finds the strips that cross themselves in triangle f and have not in any before. */
+static void find_crossings(const qw_complex *c, uint32_t f, qw_strip_room *r)
+{
+    rows x = rows_of(c, r->first, f, 0), y = rows_of(c, r->first, f, 1);
+    for (uint32_t i = 0; i < x.places.count; i++) { /* the columns of each strip, as a list from the last one on */
+        uint32_t place = place_on(x.places, i), strip = r->strip[place];
+        r->before[place] = r->face[strip] == f ? r->last[strip] : QW_NONE;
+        r->face[strip] = f, r->last[strip] = i;
+    }
+    for (uint32_t j = 0; j < y.places.count; j++) {
+        uint32_t strip = r->strip[place_on(y.places, j)];
+        if (r->crosses[strip] || r->face[strip] != f) continue;
+        for (uint32_t i = r->last[strip]; i != QW_NONE && !r->crosses[strip]; i = r->before[place_on(x.places, i)])
+            r->crosses[strip] = has_middle(c, f, x.least + (int64_t)i, y.least + (int64_t)j);
     }
 }
 
 qw_strip_counts qw_count_strips(qw_env *env, const qw_complex *c, qw_strip_room *r)
 {
     uint32_t count = find_strips(env, c, r);
-    r->halves = qw_grow(env, r->halves, &r->halves_room, count + 1, sizeof *r->halves);
+    r->face = qw_grow(env, r->face, &r->face_room, count + 1, sizeof *r->face);
+    r->last = qw_grow(env, r->last, &r->last_room, count + 1, sizeof *r->last);
+    r->before = qw_grow(env, r->before, &r->before_room, count + 1, sizeof *r->before);
     r->crosses = qw_grow(env, r->crosses, &r->crosses_room, count + 1, sizeof *r->crosses);
-    memset(r->halves, 0, (count + 1) * sizeof *r->halves), memset(r->crosses, 0, count + 1);
-    for (uint32_t f = 0; f < c->face_count; f++) count_triangle(c, f, r);
+    memset(r->face, 0xff, count * sizeof *r->face), memset(r->crosses, 0, count);
+    for (uint32_t f = 0; f < c->face_count; f++)
+        if (double_area_of(c, f) > 0) find_crossings(c, f, r);
     qw_strip_counts k = {0};
     for (uint32_t i = 0; i < count; i++) {
-        if (r->strip[i] != i || r->halves[i] == 0) continue;
-        k.strips++, k.area += r->halves[i] / 2.0;
-        if (r->crosses[i]) k.crossing++, k.crossing_area += r->halves[i] / 2.0;
+        if (r->strip[i] != i || r->length[i] == 0) continue;
+        k.strips++, k.area += r->length[i];
+        if (r->crosses[i]) k.crossing++, k.crossing_area += r->length[i];
     }
     return k;
 }

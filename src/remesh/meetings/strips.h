@@ -16,11 +16,14 @@ typedef struct qw_strip_counts {
 
 /* Room to count strips in, zeroed before the first count; for complexes of the same edges. */
 typedef struct qw_strip_room {
-    uint32_t *first;  /* uint32_t[2 edges + 1]: see strips.c */
-    uint32_t *strip;  /* uint32_t[places]: a place of the same strip, the lowest */
-    uint32_t *halves; /* uint32_t[places]: by strip, halves of quads in it, those twice where it crosses itself */
-    uint8_t *crosses; /* uint8_t[places]: by strip, whether it crosses itself */
-    size_t first_room, strip_room, halves_room, crosses_room;
+    uint32_t *first; /* uint32_t[2 edges + 1]: see strips.c */
+    /* [places]; those of a strip at the lowest of its places, which names it */
+    uint32_t *strip;       /* the name */
+    double *length;        /* of a strip: quads, those twice where it crosses itself */
+    uint32_t *face, *last; /* of a strip: the last triangle in which it is a column, the last column there */
+    uint32_t *before;      /* of a column's place: the column before it of the same strip, or QW_NONE */
+    uint8_t *crosses;      /* of a strip: whether it crosses itself */
+    size_t first_room, strip_room, length_room, face_room, last_room, before_room, crosses_room;
 } qw_strip_room;
 
 /* c: closed, with integers in c->d. Triangles without a positive area count nothing. */
