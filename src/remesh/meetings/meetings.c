@@ -163,15 +163,19 @@ static void make_all(qw_env *env, meeting_search *s, qw_meeting_counts *counts, 
     }
 }
 
-/* Searches on for strips that do not cross themselves, from the best offsets so far. */
+/* Searches on for strips that do not cross themselves, from the best offsets so far. What it finds is taken unless all
+   lines together become longer by more quads than there are fewer in such strips. */
 static void straighten_strips(qw_env *env, meeting_search *s, double share)
 {
     qw_complex *c = &s->now.source;
     memcpy(c->d, s->best, c->edge_count * sizeof *c->d);
     qw_strip_search_counts counts = qw_search_strips(env, &s->terms, c, share);
-    qw_acted(env, QW_MECH_STRIPS, counts.tried), qw_kept(env, QW_MECH_STRIPS, counts.kept);
-    memcpy(s->best, c->d, c->edge_count * sizeof *c->d);
-    qw_measured_layout_fill(&s->terms, &s->now, s->best);
+    qw_int2 *d = memcpy(QW_NEW(env, qw_int2, c->edge_count), c->d, c->edge_count * sizeof *d);
+    qw_measured_layout_fill(&s->terms, &s->now, d);
+    bool pays = s->now.lines < s->best_lines + counts.freed;
+    qw_acted(env, QW_MECH_STRIPS, counts.tried), qw_kept(env, QW_MECH_STRIPS, pays ? counts.kept : 0);
+    if (!pays) return;
+    memcpy(s->best, d, c->edge_count * sizeof *d);
     s->best_lines = s->now.lines;
 }
 

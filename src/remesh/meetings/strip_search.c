@@ -15,8 +15,8 @@
 static const double LEFT_WORTH = 6;
 /* Quads by which a move may make the score worse at first. */
 static const double FIRST_THRESHOLD = 20;
-/* MOST_TRIES: moves that are tried, fewer where quads times tries are more than MOST_COUNTED. */
-enum { MOST_TRIES = 3000, MOST_COUNTED = 30000000 };
+/* Moves that are tried. */
+enum { MOST_TRIES = 2000 };
 
 /* What a move does to one edge, in the edge's own frame. */
 typedef struct change {
@@ -177,11 +177,11 @@ qw_strip_search_counts qw_search_strips(qw_env *env, const qw_meeting_terms *ter
 {
     assert(c->d && c->real && terms->first && share >= 0);
     qw_strip_search_counts counts = {0};
-    uint32_t most = (uint32_t)(share * fmin(MOST_TRIES, MOST_COUNTED / fmax(qw_complex_area(c), 1)));
-    if (4 * (double)c->edge_count > most) return counts; /* not each move would be tried both ways */
+    uint32_t most = (uint32_t)(share * MOST_TRIES);
+    if (2 * (double)c->edge_count > most) return counts; /* there are more moves than are tried */
     qw_scope_begin(env);
     strip_search s = begin_search(env, terms, c);
-    state best = s.now;
+    state first = s.now, best = first;
     qw_int2 *found = memcpy(QW_NEW(env, qw_int2, c->edge_count), c->d, c->edge_count * sizeof *c->d);
     for (uint32_t i = 0; i < most && s.moves.count > 0 && best.crossing > 0; i++) {
         qw_heartbeat(env);
@@ -196,6 +196,7 @@ qw_strip_search_counts qw_search_strips(qw_env *env, const qw_meeting_terms *ter
         memcpy(found, c->d, c->edge_count * sizeof *c->d);
     }
     memcpy(c->d, found, c->edge_count * sizeof *c->d);
+    counts.freed = first.crossing - best.crossing;
     qw_scope_end(env);
     return counts;
 }

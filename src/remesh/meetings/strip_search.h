@@ -12,6 +12,7 @@
 
 typedef struct qw_strip_search_counts {
     uint32_t tried, kept; /* moves */
+    double freed;         /* quads by which strips that cross themselves have become fewer */
 } qw_strip_search_counts;
 
 /* c: the component's, with scaled lengths; c->d obeys what the terms ask for, before and after. share: of all the work

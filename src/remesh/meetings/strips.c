@@ -1,7 +1,5 @@
 #include "remesh/meetings/strips.h"
 
-#include "base/sets.h"
-
 #include <assert.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,6 +13,7 @@ typedef struct side {
     uint32_t count; /* of its places, */
     uint32_t first; /* which are first, first + by, ... from its tail on */
     int32_t by;
+    uint32_t end; /* which half of its edge it is */
 } side;
 
 static side side_of(const qw_complex *c, const uint32_t *first, uint32_t h, unsigned axis)
@@ -22,24 +21,35 @@ static side side_of(const qw_complex *c, const uint32_t *first, uint32_t h, unsi
     uint32_t e = c->edge[h];
     unsigned k = (axis + c->rot[h]) & 1u; /* of the edge's own frame */
     qw_int2 steps = qw_steps_along(c, h);
-    side s = {axis ? steps.y : steps.x, first[2 * e + k + 1] - first[2 * e + k], first[2 * e + k], 1};
-    if (c->side[2 * e] != h) s.first += s.count - 1, s.by = -1;
+    side s = {axis ? steps.y : steps.x, first[2 * e + k + 1] - first[2 * e + k], first[2 * e + k], 1, 0};
+    if (c->side[2 * e] != h) s.first += s.count - 1, s.by = -1, s.end = 1;
     return s;
 }
 
 static uint32_t place_on(side s, uint32_t i) { return s.first + (uint32_t)(s.by * (int32_t)i); }
 
-/* Joins the strips that pass between two sides of a triangle, of which there are `count`, beside the corner where `out`
+/* Links the places of two sides of a triangle between which strips pass: `count` of them, beside the corner where `out`
    begins and `in` ends. They run through the triangle over a length that grows from nothing at the corner to `width`,
    which is put down at the places of the longest side. */
-static void join_around(qw_strip_room *r, side out, side in, bool out_is_longest, double width)
+static void link_around(qw_strip_room *r, side out, side in, bool out_is_longest, double width)
 {
-    uint32_t count = out_is_longest ? in.count : out.count;
-    for (uint32_t i = 0; i < count; i++) {
-        uint32_t a = place_on(out, i), b = place_on(in, in.count - 1 - i);
-        qw_join_sets(r->strip, a, b);
-        r->length[out_is_longest ? a : b] += width * (i + 0.5) / count;
+    uint32_t count = out_is_longest ? in.count : out.count, a = out.first, b = place_on(in, in.count - 1);
+    uint32_t *a_beyond = r->beyond + out.end, *b_beyond = r->beyond + in.end;
+    double step = width / count, length = step / 2, *to = r->length;
+    for (uint32_t i = 0; i < count; i++, a += (uint32_t)out.by, b -= (uint32_t)in.by, length += step) {
+        a_beyond[2 * a] = 2 * b + in.end, b_beyond[2 * b] = 2 * a + out.end;
+        to[out_is_longest ? a : b] += length;
     }
+}
+
+/* The places of a triangle along an axis are those of its longest side, in the order of their coordinates from the
+   first corner on. */
+static qw_strip_rows rows_of(const side s[3], unsigned longest)
+{
+    side l = s[longest];
+    int32_t at = longest == 0 ? 0 : longest == 1 ? s[0].steps : s[0].steps + s[1].steps;
+    if (l.steps >= 0) return (qw_strip_rows){at, l.count, l.first, l.by};
+    return (qw_strip_rows){at + l.steps, l.count, place_on(l, l.count - 1), -l.by};
 }
 
 /* What crosses the longest side of a triangle leaves it by one of the two others, in order. */
@@ -53,16 +63,29 @@ static void pass_triangle(const qw_complex *c, qw_strip_room *r, uint32_t f, uns
     }
     side next = s[(longest + 1) % 3], before = s[(longest + 2) % 3];
     assert(next.count + before.count == s[longest].count);
+    if (double_area > 0) r->rows[2 * f + axis] = rows_of(s, longest);
     if (s[longest].count == 0) return;
     double width = double_area / s[longest].count; /* at the corner opposite, where the triangle is widest */
-    join_around(r, s[longest], before, true, width);
-    join_around(r, next, s[longest], false, width);
+    if (before.count > 0) link_around(r, s[longest], before, true, width);
+    if (next.count > 0) link_around(r, next, s[longest], false, width);
 }
 
 static double double_area_of(const qw_complex *c, uint32_t f)
 {
     double area = qw_int2_det(qw_steps_along(c, 3 * f), qw_steps_along(c, 3 * f + 1));
     return area > 0 ? area : 0;
+}
+
+/* Follows the strip through place i, which has no name yet, from there both ways; names all its places after it. */
+static void name_strip(qw_strip_room *r, uint32_t i)
+{
+    double length = r->length[i];
+    r->strip[i] = i;
+    for (uint32_t way = 0; way < 2; way++)
+        for (uint32_t at = r->beyond[2 * i + way]; at != QW_NONE && r->strip[at / 2] == QW_NONE;
+             at = r->beyond[at ^ 1u])
+            r->strip[at / 2] = i, length += r->length[at / 2];
+    r->length[i] = length;
 }
 
 /* Returns the number of places; r->length becomes that of strips, by the place that names them. */
@@ -77,36 +100,18 @@ static uint32_t find_strips(qw_env *env, const qw_complex *c, qw_strip_room *r)
     uint32_t count = r->first[2 * c->edge_count];
     r->strip = qw_grow(env, r->strip, &r->strip_room, count + 1, sizeof *r->strip);
     r->length = qw_grow(env, r->length, &r->length_room, count + 1, sizeof *r->length);
-    qw_sets_begin(r->strip, count);
+    r->beyond = qw_grow(env, r->beyond, &r->beyond_room, 2 * (size_t)count + 2, sizeof *r->beyond);
+    r->rows = qw_grow(env, r->rows, &r->rows_room, 2 * (size_t)c->face_count, sizeof *r->rows);
+    memset(r->strip, 0xff, count * sizeof *r->strip);
+    for (uint32_t e = 0; e < c->edge_count; e++) /* strips end at the boundary */
+        for (uint32_t i = r->first[2 * e]; i < r->first[2 * e + 2] && c->side[2 * e + 1] == QW_NONE; i++)
+            r->beyond[2 * i + 1] = QW_NONE;
     memset(r->length, 0, count * sizeof *r->length);
     for (uint32_t f = 0; f < c->face_count; f++)
         for (unsigned axis = 0; axis < 2; axis++) pass_triangle(c, r, f, axis, double_area_of(c, f));
-    for (uint32_t i = 0; i < count; i++) {
-        uint32_t of = r->strip[i] = r->strip[r->strip[i]]; /* parents are lower, so their own are known */
-        if (of != i) r->length[of] += r->length[i];
-    }
+    for (uint32_t i = 0; i < count; i++)
+        if (r->strip[i] == QW_NONE) name_strip(r, i);
     return count;
-}
-
-/* A triangle's places along one axis, by rising coordinates from `least` on. */
-typedef struct rows {
-    int32_t least;
-    side places;
-} rows;
-
-static rows rows_of(const qw_complex *c, const uint32_t *first, uint32_t f, unsigned axis)
-{
-    rows best = {0};
-    int32_t at = 0; /* of the tail of a side, from the triangle's first corner */
-    for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
-        side s = side_of(c, first, h, axis);
-        if (h == 3 * f || s.count > best.places.count) {
-            best = (rows){at, s};
-            if (s.steps < 0) best = (rows){at + s.steps, {-s.steps, s.count, place_on(s, s.count - 1), -s.by}};
-        }
-        at += s.steps;
-    }
-    return best;
 }
 
 /* Whether the middle of the cell of column x and row y lies in triangle f or on its sides. */
@@ -121,20 +126,25 @@ static bool has_middle(const qw_complex *c, uint32_t f, int64_t x, int64_t y)
     return true;
 }
 
+static uint32_t place_in(const qw_strip_rows *rows, uint32_t i)
+{
+    return rows->first + (uint32_t)(rows->by * (int32_t)i);
+}
+
 /* Finds the strips that cross themselves in triangle f and have not in any before. */
 static void find_crossings(const qw_complex *c, uint32_t f, qw_strip_room *r)
 {
-    rows x = rows_of(c, r->first, f, 0), y = rows_of(c, r->first, f, 1);
-    for (uint32_t i = 0; i < x.places.count; i++) { /* the columns of each strip, as a list from the last one on */
-        uint32_t place = place_on(x.places, i), strip = r->strip[place];
+    const qw_strip_rows *x = &r->rows[2 * f], *y = x + 1;
+    for (uint32_t i = 0; i < x->count; i++) { /* the columns of each strip, as a list from the last one on */
+        uint32_t place = place_in(x, i), strip = r->strip[place];
         r->before[place] = r->face[strip] == f ? r->last[strip] : QW_NONE;
         r->face[strip] = f, r->last[strip] = i;
     }
-    for (uint32_t j = 0; j < y.places.count; j++) {
-        uint32_t strip = r->strip[place_on(y.places, j)];
+    for (uint32_t j = 0; j < y->count; j++) {
+        uint32_t strip = r->strip[place_in(y, j)];
         if (r->crosses[strip] || r->face[strip] != f) continue;
-        for (uint32_t i = r->last[strip]; i != QW_NONE && !r->crosses[strip]; i = r->before[place_on(x.places, i)])
-            r->crosses[strip] = has_middle(c, f, x.least + (int64_t)i, y.least + (int64_t)j);
+        for (uint32_t i = r->last[strip]; i != QW_NONE && !r->crosses[strip]; i = r->before[place_in(x, i)])
+            r->crosses[strip] = has_middle(c, f, x->least + (int64_t)i, y->least + (int64_t)j);
     }
 }
 
