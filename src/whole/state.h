@@ -87,6 +87,7 @@ typedef struct qw_run_state {
                            was much finer than the quads */
     qw_necks necks;     /* those with rings around them, which are marked on the surface; without their ratios */
     qw_census surface_census;
+    float *circles;       /* float[surface vertices], of sizes/around.h; NULL: none is asked for */
     double surface_faces; /* the most quads that this surface is fine enough for */
     qw_bvh *tree;         /* of qw_parted_surface */
     /* WORKING */
