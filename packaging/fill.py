@@ -102,6 +102,21 @@ def fields(facts, folder):
             ("sha256sums = (.*)", sha256),
         ],
         "bindings/python/pyproject.toml": [('\ndescription = "(.*)"', text), ('\nRepository = "(.*)"', home), ('\nIssues = "(.*)"', home + "/issues")],
+        "bindings/python/server.json": [
+            ('\n  "name": "io.github.(.*)/quadwright"', facts["owner"]),
+            ('\n  "version": "(.*)"', version),
+            ('\n      "version": "(.*)"', version),
+            ('"url": "([^"]*)"', home),
+        ],
+        "bindings/python/README.md": [("mcp-name: io.github.(.*)/quadwright", facts["owner"])],
+        "bindings/comfyui/pyproject.toml": [
+            ('\nversion = "(.*)"', version),
+            (r'dependencies = \["quadwright==(.*)"\]', version),
+            ('Repository = "(.*)"', home),
+            ('PublisherId = "(.*)"', facts["owner"]),
+        ],
+        "bindings/comfyui/requirements.txt": [("quadwright==(.*)", version)],
+        "bindings/freecad/Quadwright/package.xml": [("<version>(.*)</version>", version), ('<url type="repository" branch="main">(.*)</url>', home)],
         "bindings/web/package/package.json": [
             ('"version": "(.*)"', version),
             ('"description": "(.*)"', text),

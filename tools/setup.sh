@@ -1,7 +1,8 @@
 #!/bin/bash
 # Installs what the build needs and what is missing of it, on Debian and its kin. Quiet, and harmless when run again.
 # usage: setup.sh [GROUP...]     build and tests; of GROUP alone where given: musl, mingw, wasm (tools/test-platforms), dist (make dist),
-#                        web, web-test (tools/web), python, python-test, python-old (tools/python-package), cluster (tools/test-cluster), blender (tools/blender-addon)
+#                        web, web-test (tools/web), python, python-test, python-old (tools/python-package), cluster (tools/test-cluster), blender (tools/blender-addon),
+#                        freecad (tools/freecad-addon)
 #   build: a C and a C++ compiler, CMake, Ninja, stb (textures), pkg-config (the install test asks it)
 #   tests: CMocka, PyYAML (packaging)
 #   used where found: CaDiCaL (SAT, Equation (4)), GLPK (--flow ilp), libwebp (textures that are WebP), LEMON (oracle of the flow tests), clang (second compiler, fuzzing), clang-format (layout), ruby and nix (packaging/check.py: the formula, the flake)
@@ -20,6 +21,7 @@ for group; do
     python-old) packages+=(debootstrap) ;;
     cluster) packages+=(parallel slurm-wlm munge procps) ;;
     blender) packages+=(blender python3-numpy xvfb xauth xdotool libgl1-mesa-dri) ;;
+    freecad) packages+=(freecad freecad-python3 python3-numpy xvfb xauth libgl1-mesa-dri) ;;
     dist) packages+=(debootstrap dpkg-dev file zip unzip) ;;
     *) echo "tools/setup.sh: no group $group" >&2; exit 1 ;;
     esac

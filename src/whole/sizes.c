@@ -16,7 +16,12 @@ double qw_in_quads(const qw_run_state *run, double area) { return area / (run->r
 
 float qw_uncovered_distance(const qw_run_state *run) { return (float)QW_UNCOVERED_DISTANCE * (float)run->rho; }
 
-bool qw_has_density(const qw_run_state *run) { return run->options.adaptive > 0 || run->input.density; }
+double qw_turn_of_edge(const qw_run_state *run) { return 2 * QW_PI / ((double)run->options.around + 1); }
+
+bool qw_has_density(const qw_run_state *run)
+{
+    return run->options.adaptive > 0 || run->options.around > 0 || run->input.density;
+}
 
 float *qw_wanted_size(const qw_run_state *run, double rho, float **base_target, qw_tip_list *tips, qw_nests *nests)
 {
@@ -26,6 +31,8 @@ float *qw_wanted_size(const qw_run_state *run, double rho, float **base_target, 
                                .tree = run->tree,
                                .rho = rho,
                                .adaptive = run->options.adaptive,
+                               .circles = run->circles,
+                               .turn = qw_turn_of_edge(run),
                                .painted = qw_painted_density(env, &run->input, &run->clean, &run->surface),
                                .with_boundary = run->options.align_boundary != 0,
                                .refinement = run->refinement,

@@ -85,6 +85,7 @@ typedef struct qw_run_state {
     qw_trimesh surface; /* the clean surface with its features marked, sharp where they were sampled; coarser where it
                            was much finer than the quads */
     qw_census surface_census;
+    float *circles;       /* float[surface vertices], of sizes/around.h; NULL: none is asked for */
     double surface_faces; /* the most quads that this surface is fine enough for */
     qw_bvh *tree;         /* of qw_parted_surface */
     /* WORKING */

@@ -16,6 +16,7 @@ import threading
 import quadwright
 
 VERSIONS = ("2025-11-25", "2025-06-18", "2025-03-26", "2024-11-05")  # of the protocol, the newest first: of what is used here they say the same
+ASSET_PIECES = 3  # a run, its charts, its maps: each tells how far it is from 0 on
 MESHES = (".obj", ".ply", ".off", ".stl", ".glb", ".gltf")
 PARSE_ERROR, INVALID_REQUEST, METHOD_NOT_FOUND, INVALID_PARAMS = -32700, -32600, -32601, -32602  # of JSON-RPC
 INSTRUCTIONS = ("Quadwright makes clean all-quad meshes of triangle surfaces (scans, sculpts, generated meshes, CAD parts). remesh: quads of a file; asset: quads with new "
@@ -81,12 +82,12 @@ def remesh(call, input, output, options=None, **steps):
 @_tool("Make an asset", "Makes quads of a surface, gives them texture coordinates of their own and bakes onto maps what the surface looks like. Best written as .glb, which holds the maps.",
        ["input", "output"], {"input": _INPUT, "output": _OUTPUT, **_STEPS, "texture": _TEXTURE, "bake": _BAKE})
 def asset(call, input, output, options=None, **steps):
-    call.whole = 3  # a run, its charts, its maps
+    call.whole = ASSET_PIECES
     return _made(call, input, output, quadwright.asset, {**call.options(options), **steps})
 
 
 def _made(call, input, output, make, steps):
-    mesh, target = call.load(input), call.path(output, "output")
+    mesh, target = call.load(input), call.target(output)
     result = make(mesh, progress=call.progress, **steps)
     call.go_on()
     result.save(target)
@@ -135,13 +136,13 @@ def batch(call, input, output, format="obj", options=None, **steps):
     found = sorted(os.path.join(at, name) for at, _, names in os.walk(folder) for name in names if name.lower().endswith(MESHES))
     found = [path for path in found if os.path.commonpath([path, target]) != target or target == folder and ".quads." not in path]
     steps = {**call.options(options), **steps, "progress": call.progress}
-    call.whole, records = len(found) or 1, []
+    pieces, records = ASSET_PIECES if steps.get("bake") else 1, []
+    call.whole = pieces * len(found) or 1
     for i, path in enumerate(found):
-        call.done, name = i, os.path.relpath(path, folder)
+        call.done, call.last, name = i * pieces, 0.0, os.path.relpath(path, folder)
         made = os.path.join(target, f"{name}.quads.{format}")
         try:
-            os.makedirs(os.path.dirname(made), exist_ok=True)
-            record = quadwright._result_of_file(path, made, steps, call.load)
+            record = quadwright._result_of_file(path, call.target(made), steps, call.load)
             records.append({"name": name, "status": "OK", "output": made, "quads": record["report"]["topology"]["quads"]})
         except Exception as error:  # one model's, unless it would be so of all
             if call.is_cancelled.is_set() or isinstance(error, (TypeError, quadwright.OptionError)):
@@ -189,6 +190,16 @@ class Call:
         path = os.path.realpath(os.path.join(folders[0], name))
         if not any(os.path.commonpath([path, folder]) == folder for folder in folders):
             raise PermissionError(f"{argument}: {name} is outside the folders that this server may touch: {', '.join(folders)}")
+        return path
+
+    def target(self, name):
+        """A file that is to be written, its folder made; what may be written with it, materials and pictures by the same stem, leads nowhere else either."""
+        path = self.path(name, "output")
+        folder, stem = os.path.dirname(path), os.path.splitext(os.path.basename(path))[0]
+        os.makedirs(folder, exist_ok=True)
+        for entry in os.scandir(folder):
+            if entry.name.startswith(stem) and entry.is_symlink():
+                self.path(entry.path, "output")
         return path
 
     def allow_all(self, path, names):

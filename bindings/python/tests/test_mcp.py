@@ -94,6 +94,8 @@ def test_a_session(folder, client):
     for image in (picture, other):
         assert image["type"] == "image" and image["mimeType"] == "image/png" and base64.b64decode(image["data"]).startswith(b"\x89PNG")
     assert picture["data"] != other["data"]
+    client.call("remesh", input="scan.ply", output="new/folder/quads.obj", faces=100)
+    assert (folder / "new/folder/quads.obj").exists()
     client.call("remesh", input="scan.ply", output="quads.obj", faces=300, preset="scan", options={"adaptive": 0.25})
     same = quadwright.remesh(quadwright.load(folder / "scan.ply"), faces=300, preset="scan", adaptive=0.25)
     assert np.array_equal(quadwright.load(folder / "quads.obj").faces, same.quads)
@@ -138,6 +140,13 @@ def test_only_folders_that_were_named(folder, client, tmp_path):
     for name in ("names.obj", "textured.obj", "doc.gltf"):
         result = client.call("asset", input=name, output="x.glb")
         assert result["isError"] and "outside the folders" in result["content"][0]["text"], name
+    (folder / "asset_color.png").symlink_to(tmp_path / "picture.png")
+    (folder / "out").mkdir()
+    (folder / "out/scan.ply.quads.obj").symlink_to(tmp_path / "quads.obj")
+    result = client.call("asset", input="scan.ply", output="asset.obj", faces=100, texture=64)
+    assert result["isError"] and "asset_color.png is outside" in result["content"][0]["text"]
+    records = client.call("batch", input=".", output="out", faces=100)["structuredContent"]["records"]
+    assert {r["name"]: r["status"] for r in records} == {"scan.ply": "PermissionError", "link.obj": "PermissionError", "names.obj": "PermissionError", "textured.obj": "PermissionError", "doc.gltf": "PermissionError"}
     assert not (folder / "x.glb").exists() and sorted(os.listdir(tmp_path)) == ["secret.obj", "work"]
 
 
@@ -167,7 +176,10 @@ def test_a_folder_of_models(folder, client):
     for i in range(3):
         quadwright.save(folder / f"models/{'sub/' if i else ''}m{i}.ply", torus(24, 12)[0] * (1 + i), torus(24, 12)[1])
     (folder / "models/bad.obj").write_text("v 0 0 0\nf 1 2 3\n")
-    first = client.call("batch", input="models", output="models/out", faces=100)["structuredContent"]
+    number = client.ask("tools/call", name="batch", arguments={"input": "models", "output": "models/out", "faces": 100}, _meta={"progressToken": 1})
+    first = client.answer(number)["result"]["structuredContent"]
+    values = [note["params"]["progress"] for note in client.notes if note["method"] == "notifications/progress"]
+    assert values == sorted(set(values)) and values[-1] == 4 and 1 <= values[0] < 2  # the first model fails before it begins
     assert first["models"] == 4 and first["failed"] == 1
     assert [(r["name"], r["status"]) for r in first["records"]] == [("bad.obj", "INDEX_RANGE"), ("m0.ply", "OK"), ("sub/m1.ply", "OK"), ("sub/m2.ply", "OK")]
     times = {path: path.stat().st_mtime_ns for path in (folder / "models/out").rglob("*.obj")}
