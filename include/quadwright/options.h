@@ -164,6 +164,10 @@ typedef struct qw_options {
     /* what is left out for a quick answer: draft makes no lines meet and does not go back to what few quads
        cover badly; preview also makes quads of one size that do not follow the shape; QW_FAST_NO by default */
     int32_t fast;
+    /* at least so many edges around each full circle: the rims of holes and bosses, and of the surface where it
+       bends, on fillets and cylinders; within the number of quads (0: not asked for); 0 to 1000 edges, 0 by
+       default */
+    int64_t around;
 } qw_options;
 
 /* clang-format on */
