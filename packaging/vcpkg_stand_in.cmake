@@ -28,8 +28,8 @@ endfunction()
 
 function(vcpkg_extract_source_archive out)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "ARCHIVE" "")
-  file(ARCHIVE_EXTRACT INPUT ${arg_ARCHIVE} DESTINATION ${WORK}/source)
-  file(GLOB folder ${WORK}/source/*)
+  file(ARCHIVE_EXTRACT INPUT ${arg_ARCHIVE} DESTINATION ${WORK})
+  file(GLOB folder ${WORK}/quadwright-*)
   set(${out} ${folder} PARENT_SCOPE)
 endfunction()
 
