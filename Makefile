@@ -6,7 +6,7 @@ GENERATOR := $(shell command -v ninja > /dev/null && echo "-G Ninja")
 MESH ?=
 CMAKE_FLAGS ?=
 
-.PHONY: blender blender-test blender-pictures web web-test python python-test python-old python-asan test-cluster format all configure setup test test-long test-platforms dist golden demo install bench docs guide-pictures layers clean
+.PHONY: freecad freecad-test blender blender-test blender-pictures web web-test python python-test python-old python-asan test-cluster format all configure setup test test-long test-platforms dist release golden demo install bench docs guide-pictures layers clean
 
 all: configure
 	@cmake --build $(BUILD) -j $(JOBS)
@@ -53,6 +53,10 @@ test-platforms:
 # What is handed out, each tried: static Linux program, Windows program, Debian packages, SHA256SUMS; in build-dist/out.
 dist:
 	@tools/dist
+
+# A release into out/release, and nothing leaves this machine: docs/dev/release.md.
+release:
+	@tools/release out/release
 
 format:
 	@tools/check-format --fix
@@ -107,3 +111,10 @@ blender-test: all
 
 blender-pictures: all
 	@QUADWRIGHT_TOOL=$(abspath $(BUILD))/quadwright QUADWRIGHT_SHAPES=$(abspath $(BUILD))/quadwright-shapes tools/blender-addon pictures
+
+# The FreeCAD workbench: its zip in out/freecad; its tests in Debian's FreeCAD, without a window and in one under Xvfb.
+freecad:
+	@tools/freecad-addon build
+
+freecad-test:
+	@tools/freecad-addon test

@@ -303,6 +303,8 @@ static qw_status make_quads(making *k, double began)
     if (status != QW_OK) return snprintf(k->message, k->size, "the measures: %s", qw_status_text(status)), status;
     status = save(k);
     if (status != QW_OK) return status;
+    qw_mesh_view quads;
+    if (qw_get_mesh(k->context, &quads) == QW_OK) batch_draw(a, m, &input, &quads);
     qw_run_info run = {
         .size = sizeof run, .options = &a->options, .report = qw_get_report(k->context), .quality = &quality};
     if (k->has_transfer) run.transfer = &k->transfer;
@@ -411,10 +413,11 @@ static void say_progress(batch *b, bool is_end)
     double now = qw_seconds_now(), pause = qw_is_terminal() ? 0.5 : 30;
     if (b->arguments->quiet || (!is_end && now - b->said < pause)) return;
     b->said = now;
-    size_t all = b->list.count - b->skipped, left = all - b->done;
+    size_t all = b->list.count, done = b->done + b->skipped, left = all - done;
     double estimate = b->done ? (now - b->began) / (double)b->done * (double)left : 0;
-    fprintf(stderr, "%s%zu of %zu done, %zu failed, %zu were done before", qw_is_terminal() ? "\r" : "", b->done, all,
-            b->failed, b->skipped);
+    fprintf(stderr, "%s%zu of %zu done, %zu failed", qw_is_terminal() ? "\r" : "", done, all,
+            b->failed + b->failed_before);
+    if (b->skipped > 0) fprintf(stderr, "; %zu of them in an earlier run", b->skipped);
     if (b->failed_before > 0) fprintf(stderr, ", of which %zu failed", b->failed_before);
     if (left > 0 && b->done) fprintf(stderr, ", about %.0f s left", estimate);
     fputs(qw_is_terminal() && !is_end ? "   " : "\n", stderr);

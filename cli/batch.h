@@ -1,5 +1,5 @@
-/* `quadwright batch`: many models, a process each. batch.c runs them, batch_list.c finds them, batch_page.c shows what
- * came of them. */
+/* `quadwright batch`: many models, a process each. batch.c runs them, batch_list.c finds them, batch_picture.c draws
+ * them, batch_page.c shows what came of them. */
 #ifndef QW_CLI_BATCH_H
 #define QW_CLI_BATCH_H
 
@@ -18,6 +18,8 @@ typedef struct batch_model {
 typedef struct batch_list {
     batch_model *model; /* batch_model[count], by name */
     size_t count, capacity;
+    char **other; /* char *[others]: files of the folder that are no models, by name */
+    size_t others, other_capacity;
 } batch_list;
 
 /* The models that the arguments name, of this shard only. The exit code; complains where it is not 0. */
@@ -43,8 +45,12 @@ bool batch_make_folders(const char *path);
 /* The whole file, NUL terminated, malloc'ed; NULL where there is none. size may be NULL. */
 char *batch_read(const char *path, size_t *size);
 
-/* Which of the records are of failures is read from them. Writes report.jsonl and summary.html into the output folder,
-   and pictures of the worst; the exit code. */
+/* A picture is a help to the eye: where it cannot be drawn the page shows none. */
+void batch_picture_path(const qw_arguments *a, const batch_model *m, char *path, size_t size); /* "": too long */
+void batch_draw(const qw_arguments *a, const batch_model *m, const qw_mesh_view *input, const qw_mesh_view *quads);
+
+/* Which of the records are of failures is read from them. Writes report.jsonl and summary.html into the output folder;
+   the exit code. */
 int batch_report(const qw_arguments *a, const batch_list *list, size_t *failed);
 
 #endif

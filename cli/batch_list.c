@@ -12,7 +12,8 @@ void batch_free(batch_list *list)
         batch_model *m = &list->model[i];
         free(m->name), free(m->input), free(m->output), free(m->record);
     }
-    free(list->model);
+    for (size_t i = 0; i < list->others; i++) free(list->other[i]);
+    free(list->model), free(list->other);
     *list = (batch_list){0};
 }
 
@@ -116,6 +117,18 @@ static bool add(const qw_arguments *a, batch_list *list, const char *input, cons
     return m.input && m.output && m.record;
 }
 
+static bool add_other(batch_list *list, const char *name)
+{
+    if (list->others == list->other_capacity) {
+        size_t wanted = 2 * list->other_capacity + 64;
+        char **grown = realloc(list->other, wanted * sizeof *grown);
+        if (!grown) return false;
+        list->other = grown, list->other_capacity = wanted;
+    }
+    list->other[list->others] = join(name, "", "");
+    return list->other[list->others++] != NULL;
+}
+
 /* wraps: points count too, whose endings are the last three. */
 static bool is_mesh_name(const char *name, bool wraps)
 {
@@ -156,8 +169,9 @@ static bool add_folder(const qw_arguments *a, batch_list *list, const char *path
         is_whole = below && inner;
         if (is_whole && stat(below, &here) == 0) {
             if (S_ISDIR(here.st_mode)) is_whole = add_folder(a, list, below, inner, depth + 1);
-            else if (S_ISREG(here.st_mode) && is_mesh_name(entry->d_name, a->options.wrap))
-                is_whole = add(a, list, below, inner);
+            else if (S_ISREG(here.st_mode))
+                is_whole = is_mesh_name(entry->d_name, a->options.wrap) ? add(a, list, below, inner)
+                                                                        : add_other(list, inner);
         }
         free(below), free(inner);
     }
@@ -181,12 +195,15 @@ static int by_name(const void *a, const void *b)
     return strcmp(((const batch_model *)a)->name, ((const batch_model *)b)->name);
 }
 
+static int by_text(const void *a, const void *b) { return strcmp(*(char *const *)a, *(char *const *)b); }
+
 /* Two lines may name the same file, and then it is one model. Two files of one name are refused, as they would have one
  * output; the exit code. */
 static int sort(batch_list *list)
 {
     size_t kept = 0;
     if (list->count > 0) qsort(list->model, list->count, sizeof *list->model, by_name);
+    if (list->others > 0) qsort(list->other, list->others, sizeof *list->other, by_text);
     for (size_t i = 0; i < list->count; i++) {
         batch_model m = list->model[i], *last = kept > 0 ? &list->model[kept - 1] : NULL;
         if (last && strcmp(last->name, m.name) == 0) {

@@ -1,5 +1,5 @@
 /* What came of a batch: report.jsonl, a line a model in the order of names, and summary.html, with date, options,
- * totals, the failed, histograms, the worst, and a table of all models. */
+ * totals, a legend, the failed, what was not done, histograms, the worst, and a table of all models with pictures. */
 #define _XOPEN_SOURCE 700
 #include "batch.h"
 #include "commands.h"
@@ -12,8 +12,9 @@
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+#include <unistd.h>
 
-enum { BINS = 24, WORST = 4, MOST_FAILED = 200 };
+enum { BINS = 24, WORST = 4, MOST_NAMED = 200 };
 
 typedef struct measure {
     const char *title, *section, *name; /* section: member of the record that holds it; NULL: the record itself */
@@ -27,7 +28,7 @@ static const measure measures[] = {
     {"share in rows that never cross themselves", "quality", "simple"},
     {"seconds", NULL, "wall_seconds"},
 };
-enum { MEASURES = sizeof measures / sizeof *measures, SECONDS = MEASURES - 1 };
+enum { MEASURES = sizeof measures / sizeof *measures, SIMPLE = MEASURES - 2, SECONDS = MEASURES - 1 };
 
 /* Whole numbers, which have a column of the table and a total. */
 static const measure numbers[] = {
@@ -96,77 +97,154 @@ static void shard_suffix(const qw_arguments *a, char suffix[64])
     if (a->shards) snprintf(suffix, 64, "-%lld-of-%lld", (long long)a->shard, (long long)a->shards);
 }
 
-static void put_picture(const qw_arguments *a, FILE *page, const batch_model *m, int number, double value)
+/* The path as the address of a link: what may not stand in one is written as %20. */
+static void put_address(FILE *page, const char *path)
 {
-    qw_mesh *mesh = NULL;
-    char path[4200], message[512], shard[64];
-    shard_suffix(a, shard);
-    snprintf(path, sizeof path, "%s/worst-%d%s.png", a->output, number, shard);
-    bool is_drawn = qw_load(m->output, NULL, &mesh) == QW_OK;
-    if (is_drawn) {
-        qw_mesh_view view = qw_mesh_get(mesh);
-        render_panel panel = {.mesh = &view};
-        render_options o;
-        render_options_init(&o);
-        o.width = 320, o.height = 260, o.views = 1, o.labels = false;
-        is_drawn = render_sheet(&panel, 1, &o, path, NULL, message, sizeof message) == QW_OK;
+    for (; *path; path++) {
+        bool is_plain = (*path >= 'a' && *path <= 'z') || (*path >= 'A' && *path <= 'Z') ||
+                        (*path >= '0' && *path <= '9') || strchr("/._-~", *path);
+        fprintf(page, is_plain ? "%c" : "%%%02X", (unsigned char)*path);
     }
-    qw_mesh_destroy(mesh);
-    fputs("<figure>", page);
-    if (is_drawn) fprintf(page, "<img src='worst-%d%s.png' width='320' height='260' alt=''>", number, shard);
-    fputs("<figcaption>", page);
+}
+
+/* A link to a file of the output folder, beginning with its name there. */
+static void begin_link(const qw_arguments *a, FILE *page, const char *path)
+{
+    fputs("<a href='", page);
+    put_address(page, path + strlen(a->output) + 1);
+    fputs("'>", page);
+}
+
+/* The model's name; a link to its input, where that is still there. */
+static void put_name(FILE *page, const batch_model *m)
+{
+    char *path = realpath(m->input, NULL);
+    if (path) fputs("<a href='", page), put_address(page, path), fputs("'>", page);
     put_escaped(page, m->name);
+    if (path) fputs("</a>", page);
+    free(path);
+}
+
+/* The picture, a link to the quads. */
+static void put_picture(const qw_arguments *a, FILE *page, const batch_model *m, int width)
+{
+    char path[4200];
+    batch_picture_path(a, m, path, sizeof path);
+    if (!path[0] || access(path, R_OK) != 0) return;
+    begin_link(a, page, m->output);
+    fputs("<img loading='lazy' src='", page);
+    put_address(page, path + strlen(a->output) + 1);
+    fprintf(page, "' width='%d' alt='input and quads'></a>", width);
+}
+
+static void put_figure(const qw_arguments *a, FILE *page, const batch_model *m, double value)
+{
+    fputs("<figure>", page);
+    put_picture(a, page, m, 360);
+    fputs("<figcaption>", page);
+    put_name(page, m);
     fprintf(page, ": %.4g</figcaption></figure>", value);
 }
 
-/* The largest values first, a few of them. */
+/* The worst values first, a few of them: of what is simple the least, else the largest. */
 static void put_worst(const qw_arguments *a, FILE *page, const row *rows, size_t count, int m)
 {
-    double below = INFINITY;
+    double sign = m == SIMPLE ? -1 : 1, below = INFINITY;
     size_t last = SIZE_MAX;
     for (int k = 0; k < WORST; k++) {
         size_t found = SIZE_MAX;
         for (size_t i = 0; i < count; i++) {
-            double v = rows[i].value[m];
+            double v = sign * rows[i].value[m];
             bool is_next = v < below || (v == below && i > last);
-            if (!rows[i].is_ok || v < 0 || !is_next) continue;
-            if (found == SIZE_MAX || v > rows[found].value[m]) found = i;
+            if (!rows[i].is_ok || rows[i].value[m] < 0 || !is_next) continue;
+            if (found == SIZE_MAX || v > sign * rows[found].value[m]) found = i;
         }
         if (found == SIZE_MAX) return;
-        below = rows[found].value[m], last = found;
-        put_picture(a, page, rows[found].model, m * WORST + k, below);
+        below = sign * rows[found].value[m], last = found;
+        put_figure(a, page, rows[found].model, rows[found].value[m]);
     }
 }
 
+/* The text of JSON as it reads, in place: up to its closing quote, and without escapes. */
+static void unescape(char *text)
+{
+    char *to = text;
+    for (; *text && *text != '"'; text++) {
+        bool is_escape = *text == '\\' && text[1];
+        if (is_escape) text++;
+        bool is_number = is_escape && *text == 'u'; /* of a control, which shows nothing */
+        *to++ = is_number ? ' ' : *text;
+        for (int i = 0; i < 4 && is_number && text[1]; i++) text++;
+    }
+    *to = 0;
+}
+
 /* The sentence of a record, which is its last member. */
-static void put_reason(FILE *page, const char *record)
+static void put_reason(FILE *page, char *record)
 {
     char *text = record ? strstr(record, "\"message\": \"") : NULL;
     if (!text) return;
     text += strlen("\"message\": \"");
-    size_t n = strlen(text);
-    while (n > 0 && (text[n - 1] == '\n' || text[n - 1] == '}' || text[n - 1] == '"')) text[--n] = 0;
-    if (n > 0) fputs(": ", page);
+    unescape(text);
+    if (text[0]) fputs(": ", page);
     put_escaped(page, text);
 }
 
-static void put_failed(FILE *page, const row *rows, size_t count, size_t failed)
+static void put_failed(const qw_arguments *a, FILE *page, const row *rows, size_t count, size_t failed)
 {
     size_t shown = 0;
     if (failed == 0) return;
     fprintf(page, "<h2>%zu failed</h2><ul>", failed);
-    for (size_t i = 0; i < count && shown < MOST_FAILED; i++) {
+    for (size_t i = 0; i < count && shown < MOST_NAMED; i++) {
         if (rows[i].is_ok) continue;
         char *record = batch_read(rows[i].model->record, NULL);
         fputs("<li><b>", page);
-        put_escaped(page, rows[i].model->name);
-        fprintf(page, "</b> %s", rows[i].status);
+        put_name(page, rows[i].model);
+        fputs("</b> ", page);
+        if (record) begin_link(a, page, rows[i].model->record);
+        fprintf(page, "%s%s", record ? rows[i].status : "not done yet", record ? "</a>" : "");
         put_reason(page, record);
         fputs("</li>", page);
         free(record);
         shown++;
     }
     fputs("</ul>\n", page);
+    if (shown < failed) fprintf(page, "<p>and %zu others, in the table below</p>\n", failed - shown);
+}
+
+/* What this run passed over: models that an earlier one had done, and files that are no models. */
+static void put_skipped(FILE *page, const batch_list *list)
+{
+    size_t done = 0, shown = 0;
+    for (size_t i = 0; i < list->count; i++) done += list->model[i].was_done;
+    if (done > 0) fprintf(page, "<h2>%zu done by an earlier run</h2><p>", done);
+    for (size_t i = 0; i < list->count && shown < MOST_NAMED; i++) {
+        if (!list->model[i].was_done) continue;
+        fputs(shown++ ? ", " : "", page);
+        put_name(page, &list->model[i]);
+    }
+    if (done > 0) fputs(shown < done ? " and others</p>\n" : "</p>\n", page);
+    if (list->others == 0) return;
+    fprintf(page, "<h2>No models, by their endings: %zu</h2><p>", list->others);
+    for (size_t i = 0; i < list->others && i < MOST_NAMED; i++)
+        fputs(i ? ", " : "", page), put_escaped(page, list->other[i]);
+    fputs(list->others > MOST_NAMED ? " and others</p>\n" : "</p>\n", page);
+}
+
+static void put_legend(FILE *page)
+{
+    static const char *const kinds[] = {"two or fewer", "three", "five", "six or more"};
+    fputs("<p>Pictures: the input, and beside it the quads; a click opens the file. Dots are irregular vertices, where "
+          "not "
+          "four edges meet but ",
+          page);
+    for (int k = 0; k < RENDER_KINDS; k++) {
+        const uint8_t *c = render_kind_colour[k];
+        fprintf(page, "%s<span style='color:#%02x%02x%02x'>&#9679;</span> %s", k ? ", " : "", c[0], c[1], c[2],
+                kinds[k]);
+    }
+    fputs(". Names lead to the inputs. Bars count models from 0 to the largest value; the worst stand below.</p>\n",
+          page);
 }
 
 /* The options that are not as they are where nothing is said. */
@@ -208,11 +286,14 @@ static void put_totals(FILE *page, const row *rows, size_t count, size_t failed)
     fprintf(page, "%.1f seconds of work.</p>\n", seconds);
 }
 
-static void put_row(FILE *page, const row *r)
+static void put_row(const qw_arguments *a, FILE *page, const row *r)
 {
     fputs("<tr><td>", page);
-    put_escaped(page, r->model->name);
-    fprintf(page, "</td><td>%s</td>", r->status);
+    if (r->is_ok) put_picture(a, page, r->model, 240);
+    fputs("</td><td>", page);
+    put_name(page, r->model);
+    fprintf(page, "</td><td>%s%s</td>", r->status[0] ? r->status : "not done yet",
+            r->model->was_done ? ", earlier" : "");
     for (int k = 0; k < NUMBERS; k++)
         if (r->is_ok && r->number[k] >= 0) fprintf(page, "<td>%.0f</td>", r->number[k]);
         else fputs("<td></td>", page);
@@ -222,32 +303,35 @@ static void put_row(FILE *page, const row *r)
     fputs("</tr>\n", page);
 }
 
-static void put_table(FILE *page, const row *rows, size_t count)
+static void put_table(const qw_arguments *a, FILE *page, const row *rows, size_t count)
 {
-    fputs("<h2>All models</h2><table><tr><th>model</th><th>status</th>", page);
+    fputs("<h2>All models</h2><table><tr><th>input, quads</th><th>model</th><th>status</th>", page);
     for (int k = 0; k < NUMBERS; k++) fprintf(page, "<th>%s</th>", numbers[k].title);
     for (int m = 0; m < MEASURES; m++) fprintf(page, "<th>%s</th>", measures[m].title);
     fputs("</tr>\n", page);
-    for (size_t i = 0; i < count; i++) put_row(page, &rows[i]);
+    for (size_t i = 0; i < count; i++) put_row(a, page, &rows[i]);
     fputs("</table>\n", page);
 }
 
-static void put_page(const qw_arguments *a, FILE *page, const row *rows, size_t count, size_t failed)
+static void put_page(const qw_arguments *a, FILE *page, const batch_list *list, const row *rows, size_t failed)
 {
+    size_t count = list->count;
     fputs("<!doctype html><html lang='en'><meta charset='utf-8'><title>quadwright batch</title>"
-          "<style>body{font:15px sans-serif;margin:2em;max-width:1400px}figure{display:inline-block;margin:4px}"
-          "figcaption{max-width:320px;overflow-wrap:anywhere}table{border-collapse:collapse}th{font-weight:normal;"
+          "<style>body{font:15px sans-serif;margin:2em;max-width:1600px}figure{display:inline-block;margin:4px}"
+          "figcaption{max-width:360px;overflow-wrap:anywhere}table{border-collapse:collapse}th{font-weight:normal;"
           "text-align:left;vertical-align:bottom}td,th{padding:2px 10px;border-bottom:1px solid #ddd}"
-          "td+td+td{text-align:right}</style>\n<h1>quadwright batch</h1>",
+          "td+td+td+td{text-align:right}</style>\n<h1>quadwright batch</h1>",
           page);
     put_totals(page, rows, count, failed);
     put_options(a, page);
-    put_failed(page, rows, count, failed);
+    put_legend(page);
+    put_failed(a, page, rows, count, failed);
+    put_skipped(page, list);
     for (int m = 0; m < MEASURES; m++) {
         put_histogram(page, rows, count, m);
         put_worst(a, page, rows, count, m);
     }
-    put_table(page, rows, count);
+    put_table(a, page, rows, count);
     fputs("</html>\n", page);
 }
 
@@ -283,7 +367,7 @@ int batch_report(const qw_arguments *a, const batch_list *list, size_t *failed)
             read_row(&list->model[i], lines, &rows[i]);
             *failed += !rows[i].is_ok;
         }
-        put_page(a, page, rows, list->count, *failed);
+        put_page(a, page, list, rows, *failed);
     }
     bool is_written = lines && page && rows && !ferror(lines) && !ferror(page);
     if (lines) is_written &= fclose(lines) == 0;

@@ -53,7 +53,8 @@ static const qw_switch_row switches[] = {
      "what the directions of --field-out belong to; face unless given"},
     {SWITCH_GUIDES, REMESH, "guides", NULL, "FILE", NULL, NULL,
      "lines on the surface (OBJ v and l) on which edges of the result lie, or, in a group or object called direction, "
-     "along which the quads run; docs/steering.md"},
+     "along which the quads run, or, in one called rings 6, closed loops with six rings of quads on each side; "
+     "docs/steering.md"},
     {SWITCH_REGION, REMESH, "region", NULL, "LABEL", NULL, NULL,
      "make quads of the faces of this group, material or object only (OBJ, GLB), or of a face property (PLY: part=3), "
      "and "

@@ -51,7 +51,7 @@ static int run(qw_context *context)
         double u = 0.5 * (i / 23.0 - 0.5);
         line[i][0] = 1.4 * cos(u), line[i][1] = 1.4 * sin(u), line[i][2] = 0;
     }
-    qw_guide guide = {sizeof guide, QW_GUIDE_LOOP, 0, 24, line[0]};
+    qw_guide guide = {sizeof guide, QW_GUIDE_LOOP, 0, 24, line[0], 0};
     choose(&torus);
     qw_options_init(&options);
     options.faces = 300; /* of the region */

@@ -163,6 +163,7 @@ static uint32_t choose_guides(const mesh *m, recipe *r, const uint8_t *inside, q
                               .closed = closed,
                               .point_count = n,
                               .points = p};
+        if (closed && guide[g].kind == QW_GUIDE_LOOP) guide[g].rings = r->columns % 7u;
     }
     return count;
 }

@@ -22,18 +22,6 @@ if(shown STREQUAL "" OR NOT shown STREQUAL run)
   message(FATAL_ERROR "the example of docs/c.md is not that of examples/minimal.c:\n${shown}\n---\n${run}")
 endif()
 
-# The version stands in the header; packages that cannot read it there say the same.
-file(STRINGS ${ROOT}/include/quadwright/quadwright.h version REGEX "^#define QW_VERSION_(MAJOR|MINOR|PATCH) [0-9]+$")
-list(TRANSFORM version REPLACE "^#define QW_VERSION_[A-Z]+ " "")
-list(JOIN version "." version)
-foreach(pair "bindings/web/package/package.json|\"version\": \"${version}\"" "CITATION.cff|version: ${version}")
-  string(REGEX MATCH "^([^|]*)\\|(.*)$" matched "${pair}")
-  file(READ ${ROOT}/${CMAKE_MATCH_1} text)
-  if(NOT text MATCHES "${CMAKE_MATCH_2}")
-    message(FATAL_ERROR "${CMAKE_MATCH_1} does not have the version ${version} of quadwright.h")
-  endif()
-endforeach()
-
 # The first page fits on a screen: no line is over 120 columns.
 file(STRINGS ${ROOT}/README.md lines)
 foreach(line IN LISTS lines)

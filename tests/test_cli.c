@@ -454,12 +454,12 @@ static void presets(void **state)
 {
     (void)state;
     assert_int_equal(tool("in.obj -o a.obj -q -f 300 --preset cad")->code, 0);
-    assert_int_equal(tool("in.obj -o b.obj -q -f 300 --sharp-angle 30 --adaptive 0 --loops 1 --evenness 0.25")->code,
-                     0);
+    assert_int_equal(
+        tool("in.obj -o b.obj -q -f 300 --sharp-angle 30 --adaptive 0 --loops 1 --evenness 0.25 --around 12")->code, 0);
     assert_int_equal(shell("cd " FOLDER " && cmp a.obj b.obj"), 0);
     assert_int_equal(tool("in.obj -o a.obj -q -f 300 --evenness 0.75 --preset cad --loops 0")->code, 0);
-    assert_int_equal(tool("in.obj -o b.obj -q -f 300 --sharp-angle 30 --adaptive 0 --loops 0 --evenness 0.75")->code,
-                     0);
+    assert_int_equal(
+        tool("in.obj -o b.obj -q -f 300 --sharp-angle 30 --adaptive 0 --loops 0 --evenness 0.75 --around 12")->code, 0);
     assert_int_equal(shell("cd " FOLDER " && cmp a.obj b.obj"), 0);
     outcome *o = tool("in.obj -o none.obj --preset cat");
     assert_int_equal(o->code, qw_status_exit_code(QW_OPTION));

@@ -7,6 +7,7 @@
 
 #include "remesh/sizes/cells.h"
 #include "geometry/long_edges.h"
+#include "remesh/sizes/around.h"
 #include "remesh/sizes/density.h"
 
 #include <math.h>
@@ -190,6 +191,36 @@ static void limbs_get_six_quads_around(void **state)
             if (i == 0 && fabsf(p.z - 6) < 4) assert_true(fabs(2 * 3.14159265 / (double)size[v] - 6) < 0.6);
             if (i == 1 && fabsf(p.x - 1.5f) < 0.7f && fabsf(p.y - 1.5f) < 0.7f) assert_true(size[v] == 2);
         }
+    }
+    qw_env_destroy(env);
+}
+
+/* The radius of a round, of fine triangles and of long facets whose edges are cut afterwards, and sizes that turn by a
+   tenth of a circle on it and make as many quads. */
+static void circles_are_found(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    const uint32_t rows[] = {60, 1};
+    for (int i = 0; i < 2; i++) {
+        qw_trimesh rod = unit_cylinder(env, 36, rows[i], 12), cut = qw_without_long_edges(env, &rod, 0.4f, 1 << 20);
+        float *radius = qw_find_circles(env, &rod, &cut, 0.5, true), *size = QW_NEW(env, float, cut.vertex_count);
+        uint32_t inside = 0;
+        for (uint32_t v = 0; v < cut.vertex_count; v++) {
+            if (fabsf(cut.position[v].z - 6) < 4 && radius[v] < INFINITY) {
+                inside++;
+                assert_true(fabsf(radius[v] - 1) < 0.02f);
+            }
+            size[v] = 1;
+        }
+        assert_true(inside >= 36);
+        double quads = qw_quads_of_size(&cut, size);
+        for (uint32_t v = 0; v < cut.vertex_count; v++)
+            if (cut.position[v].z > 2) radius[v] = INFINITY; /* there is room */
+        qw_fit_around(env, &cut, radius, 0.6, size);
+        assert_true(fabs(qw_quads_of_size(&cut, size) / quads - 1) < 0.01);
+        for (uint32_t v = 0; v < cut.vertex_count; v++)
+            assert_true(cut.position[v].z > 2 || !(radius[v] < INFINITY) || size[v] <= 0.61f);
     }
     qw_env_destroy(env);
 }
@@ -443,6 +474,7 @@ QW_TEST_SUITE(density)
         cmocka_unit_test(cells_spread_and_limit),
         cmocka_unit_test(long_edges_are_cut),
         cmocka_unit_test(limbs_get_six_quads_around),
+        cmocka_unit_test(circles_are_found),
         cmocka_unit_test(curves_side_by_side_keep_room),
         cmocka_unit_test(painted_edges_are_as_small),
         cmocka_unit_test(one_density_is_none),

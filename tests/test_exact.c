@@ -9,6 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <string.h>
 
 #include <cmocka.h>
 
@@ -213,6 +214,36 @@ static void circles_of_few_edges_are_even(void **state)
     }
 }
 
+/* As many edges around each hole as are asked for, above and below, with the number of quads asked for; where these are
+   too few, a note says so. */
+static void circles_get_edges_around(void **state)
+{
+    (void)state;
+    for (int64_t around = 0; around <= 18; around += 6) {
+        part *p = part_holes(3, 0.08, 0.3, 40);
+        qw_mesh_view view = part_view(p);
+        qw_result *result;
+        qw_options o;
+        qw_options_init(&o);
+        o.faces = around == 18 ? 100 : 2500, o.threads = 2, o.around = around, o.adaptive = 0;
+        assert_int_equal(qw_remesh(&view, &o, NULL, &result), QW_OK);
+        qw_mesh_view m = qw_result_mesh(result);
+        uint32_t least = UINT32_MAX;
+        for (int i = 0; i < 6; i++) {
+            uint32_t count = count_on_circle(&m, i / 2, 0.3 * (i % 2), 0.08);
+            least = count < least ? count : least;
+        }
+        assert_true(around == 0 || around == 18 ? least < 12 : (int64_t)least >= around);
+        assert_true(fabs((double)m.face_count / (double)o.faces - 1) <= 0.05);
+        const qw_report *r = qw_result_report(result);
+        bool is_said = false;
+        for (int64_t i = 0; i < r->warning_count; i++) is_said |= strstr(r->warnings[i], "edges around") != NULL;
+        assert_int_equal(is_said, around == 18);
+        qw_result_destroy(result);
+        free(p);
+    }
+}
+
 /* Where a round ends, a row of quads goes all along its tangent. */
 static void rows_follow_tangents(void **state)
 {
@@ -333,6 +364,7 @@ QW_TEST_SUITE(exact)
         cmocka_unit_test(rows_are_even),
         cmocka_unit_test(circles_are_even),
         cmocka_unit_test(circles_of_few_edges_are_even),
+        cmocka_unit_test(circles_get_edges_around),
         cmocka_unit_test(rows_follow_tangents),
         cmocka_unit_test(other_shapes_stay),
         cmocka_unit_test(what_follows_keeps_them),

@@ -10,7 +10,7 @@ static const double PI = 3.14159265358979;
 static qw_offset_mesh framed(qw_env *env, const unit_fields *u, bool at_corners)
 {
     qw_offset_input in = {&u->mesh,      u->normal,    NULL, u->orientation, u->size,
-                          u->constraint, u->direction, true, at_corners};
+                          u->constraint, u->direction, NULL, true,           at_corners};
     return qw_integer_offsets(env, &in);
 }
 

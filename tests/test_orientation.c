@@ -346,7 +346,7 @@ static uint32_t singularities(qw_env *env, const qw_trimesh *m, float radius)
     qw_vec3 *o = qw_orientation_field(env, &h, turn, NULL, 0, NULL, 1);
     uint8_t *constraint = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
     qw_vec3 *direction = QW_NEW_ZERO(env, qw_vec3, m->vertex_count);
-    qw_offset_input in = {m, normal, NULL, o, size, constraint, direction, false, false};
+    qw_offset_input in = {m, normal, NULL, o, size, constraint, direction, NULL, false, false};
     qw_offset_mesh offsets = qw_integer_offsets(env, &in);
     return (uint32_t)qw_offset_count(&offsets).singular_vertices;
 }

@@ -266,7 +266,8 @@ static void cubes_are_boxes(void **state)
     for (double wanted = 100; wanted < 3000; wanted *= 1.13) {
         qw_scope_begin(env);
         unit_fields u = unit_solve(env, unit_cube(env, 3), 0.1f, true);
-        qw_offset_input in = {&u.mesh, u.normal, NULL, u.orientation, u.size, u.constraint, u.direction, true, true};
+        qw_offset_input in = {&u.mesh,      u.normal,    NULL, u.orientation, u.size,
+                              u.constraint, u.direction, NULL, true,          true};
         qw_offset_mesh m = qw_integer_offsets(env, &in);
         qw_quantise(env, &m, &(qw_quantise_request){.quads = wanted, .times = 1});
         qw_offset_counts after = qw_offset_count(&m);

@@ -309,7 +309,7 @@ static void a_guide_is_a_loop_of_edges(void **state)
         for (int64_t faces = 400; faces <= 1600; faces *= 4) {
             double p[AROUND][3], z = heights[i], farthest;
             parallel(z, 1.02, p);
-            qw_guide guide = {sizeof guide, QW_GUIDE_LOOP, 1, AROUND, p[0]};
+            qw_guide guide = {sizeof guide, QW_GUIDE_LOOP, 1, AROUND, p[0], 0};
             assert_int_equal(qw_set_guides(context, &guide, 1), QW_OK);
             run(context, faces);
             const qw_report *r = qw_get_report(context);
@@ -353,7 +353,7 @@ static void a_guide_gives_a_direction(void **state)
     run(context, 900);
     qw_get_mesh(context, &quads);
     assert_true(angle_near_line(&quads, a) > 20);
-    qw_guide guide = {sizeof guide, QW_GUIDE_DIRECTION, 0, 2, p[0]};
+    qw_guide guide = {sizeof guide, QW_GUIDE_DIRECTION, 0, 2, p[0], 0};
     assert_int_equal(qw_set_guides(context, &guide, 1), QW_OK);
     run(context, 900);
     qw_get_mesh(context, &quads);
@@ -386,6 +386,43 @@ static void guides_come_from_a_file(void **state)
     shape_free(&s);
 }
 
+/* Of a file with rings and of one without: there are other quads, and in an open line rings have no meaning. */
+static void rings_come_from_a_file(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"g rings", "g rings 3 left eye", "o rings_3", "g rings3", "g ring 3"};
+    double p[AROUND][3];
+    shape s = shape_sphere(16);
+    qw_mesh_view view = shape_view(&s), quads;
+    qw_context *context = context_with(&view);
+    uint32_t corners[2] = {0};
+    parallel(0.4, 1, p);
+    for (size_t n = 0; n < sizeof names / sizeof *names; n++) {
+        FILE *file = fopen(QW_BINARY_DIR "/ring-guides.obj", "wb");
+        assert_non_null(file);
+        fprintf(file, "%s\n", names[n]);
+        for (int i = 0; i < AROUND; i++) fprintf(file, "v %.9g %.9g %.9g\n", p[i][0], p[i][1], p[i][2]);
+        fputc('l', file);
+        for (int i = 0; i <= AROUND; i++) fprintf(file, " %d", i % AROUND + 1);
+        fclose(file);
+        if (qw_load_guides(context, QW_BINARY_DIR "/ring-guides.obj") != QW_OK) fail_msg("%s", qw_message(context));
+        run(context, 500);
+        qw_get_mesh(context, &quads);
+        uint32_t sum = 0;
+        for (size_t i = 0; i < 4 * (size_t)quads.face_count; i++) sum = 31 * sum + quads.corners[i];
+        if (n < 2) corners[n] = sum;
+        assert_int_equal(sum, corners[n == 1 || n == 2 || n == 3]);
+    }
+    assert_int_not_equal(corners[0], corners[1]);
+    write_text(QW_BINARY_DIR "/ring-guides.obj", "g rings 3\nv 0 0 1\nv 0.1 0 0.995\nl 1 2\n");
+    assert_int_equal(qw_load_guides(context, QW_BINARY_DIR "/ring-guides.obj"), QW_ARGUMENT);
+    assert_non_null(strstr(qw_message(context), "guide 0 is to have rings, but is no closed loop"));
+    write_text(QW_BINARY_DIR "/ring-guides.obj", "g rings 1001\nv 0 0 1\nv 0.1 0 0.995\nv 0 0.1 0.995\nl 1 2 3 1\n");
+    assert_int_equal(qw_load_guides(context, QW_BINARY_DIR "/ring-guides.obj"), QW_ARGUMENT);
+    qw_destroy(context);
+    shape_free(&s);
+}
+
 static void wrong_guides_are_refused(void **state)
 {
     (void)state;
@@ -413,7 +450,7 @@ static void wrong_guides_are_refused(void **state)
             fail_msg("row %zu: status %s, \"%s\"", i, qw_status_name(status), qw_message(context));
     }
     double p[3][3] = {{0, 0, 1}, {NAN, 0, 0}, {1, 0, 0}};
-    qw_guide guide = {sizeof guide, QW_GUIDE_LOOP, 0, 3, p[0]};
+    qw_guide guide = {sizeof guide, QW_GUIDE_LOOP, 0, 3, p[0], 0};
     assert_int_equal(qw_set_guides(context, &guide, 1), QW_NOT_FINITE);
     guide.point_count = 1;
     assert_int_equal(qw_set_guides(context, &guide, 1), QW_ARGUMENT);
@@ -437,15 +474,15 @@ static void guides_off_the_surface_are_refused(void **state)
     qw_context *context = context_with(&view);
     double on[2][3] = {{0.3, 0.5, 1}, {0.7, 0.5, 1}}, off[3][3] = {{0.2, 0.5, 1}, {0.5, 0.5, 1.75}, {0.8, 0.5, 1}},
            apart[2][3] = {{0.5, 0.5, 1}, {2.5, 0.5, 1}};
-    qw_guide guides[2] = {{sizeof *guides, QW_GUIDE_LOOP, 0, 2, on[0]},
-                          {sizeof *guides, QW_GUIDE_DIRECTION, 0, 3, off[0]}};
+    qw_guide guides[2] = {{sizeof *guides, QW_GUIDE_LOOP, 0, 2, on[0], 0},
+                          {sizeof *guides, QW_GUIDE_DIRECTION, 0, 3, off[0], 0}};
     qw_options options;
     qw_options_init(&options);
     options.faces = 300;
     assert_int_equal(qw_set_guides(context, guides, 2), QW_OK);
     assert_int_equal(qw_run(context, &options), QW_ARGUMENT);
     assert_non_null(strstr(qw_message(context), "guide 1 is off the surface: its point 1 lies 0.75 away"));
-    guides[1] = (qw_guide){sizeof *guides, QW_GUIDE_LOOP, 0, 2, apart[0]};
+    guides[1] = (qw_guide){sizeof *guides, QW_GUIDE_LOOP, 0, 2, apart[0], 0};
     assert_int_equal(qw_set_guides(context, guides, 2), QW_OK);
     assert_int_equal(qw_run(context, &options), QW_ARGUMENT);
     assert_non_null(strstr(qw_message(context), "guide 1 cannot be drawn"));
@@ -469,7 +506,7 @@ static void a_dump_holds_both(void **state)
     qw_options_init(&options);
     options.faces = 400;
     double line[2][3] = {{1.4, -0.3, 0}, {1.4, 0.3, 0}};
-    qw_guide guide = {sizeof guide, QW_GUIDE_LOOP, 0, 2, line[0]};
+    qw_guide guide = {sizeof guide, QW_GUIDE_LOOP, 0, 2, line[0], 0};
     assert_int_equal(qw_set_field(first, &field), QW_OK);
     assert_int_equal(qw_set_guides(first, &guide, 1), QW_OK);
     assert_int_equal(qw_run_until(first, &options, QW_STAGE_WORKING), QW_OK);
@@ -488,17 +525,12 @@ static void a_dump_holds_both(void **state)
 QW_TEST_SUITE(steering)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(quads_follow_a_field),
-        cmocka_unit_test(a_field_may_be_silent),
-        cmocka_unit_test(a_field_comes_back),
-        cmocka_unit_test(directions_are_unit_tangents),
-        cmocka_unit_test(a_guide_is_a_loop_of_edges),
-        cmocka_unit_test(a_guide_gives_a_direction),
-        cmocka_unit_test(guides_come_from_a_file),
-        cmocka_unit_test(wrong_guides_are_refused),
-        cmocka_unit_test(guides_off_the_surface_are_refused),
-        cmocka_unit_test(wrong_fields_are_refused),
-        cmocka_unit_test(a_dump_holds_both),
+        cmocka_unit_test(quads_follow_a_field),       cmocka_unit_test(a_field_may_be_silent),
+        cmocka_unit_test(a_field_comes_back),         cmocka_unit_test(directions_are_unit_tangents),
+        cmocka_unit_test(a_guide_is_a_loop_of_edges), cmocka_unit_test(a_guide_gives_a_direction),
+        cmocka_unit_test(guides_come_from_a_file),    cmocka_unit_test(rings_come_from_a_file),
+        cmocka_unit_test(wrong_guides_are_refused),   cmocka_unit_test(guides_off_the_surface_are_refused),
+        cmocka_unit_test(wrong_fields_are_refused),   cmocka_unit_test(a_dump_holds_both),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

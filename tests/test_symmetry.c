@@ -421,7 +421,7 @@ static void what_steers_one_side_is_not_mirrored(void **state)
         }
     for (uint32_t count = 0; count <= 2; count++) { /* none, on one side, on both */
         qw_guide guides[2];
-        for (int k = 0; k < 2; k++) guides[k] = (qw_guide){sizeof *guides, QW_GUIDE_LOOP, 1, POINTS, points[k][0]};
+        for (int k = 0; k < 2; k++) guides[k] = (qw_guide){sizeof *guides, QW_GUIDE_LOOP, 1, POINTS, points[k][0], 0};
         qw_mesh_view view = shape_view(&s);
         qw_options o = asking(2000, QW_SYMMETRY_AUTO);
         qw_context *context;
@@ -493,7 +493,7 @@ static void guides_hold_on_both_sides(void **state)
     static double ring[RING][3];
     for (int half = 0; half < 2; half++) {
         ring_of_body(-0.45, half, ring);
-        const qw_guide guide = {sizeof guide, QW_GUIDE_LOOP, !half, RING, &ring[0][0]};
+        const qw_guide guide = {sizeof guide, QW_GUIDE_LOOP, !half, RING, &ring[0][0], 0};
         qw_context *context = context_with(&s);
         qw_options o = asking(1500, QW_SYMMETRY_X);
         assert_int_equal(qw_set_guides(context, &guide, 1), QW_OK);

@@ -278,8 +278,8 @@ static inline unit_fields unit_solve(qw_env *env, qw_trimesh mesh, float rho, bo
     u.size = QW_NEW(env, float, mesh.vertex_count);
     for (uint32_t v = 0; v < mesh.vertex_count; v++) u.size[v] = rho;
     u.lattice = qw_position_field(env, u.hierarchy, u.orientation, u.size);
-    qw_offset_input in = {&u.mesh,      u.normal,    u.lattice,     u.orientation, u.size,
-                          u.constraint, u.direction, with_boundary, false};
+    qw_offset_input in = {&u.mesh,      u.normal,    u.lattice, u.orientation, u.size,
+                          u.constraint, u.direction, NULL,      with_boundary, false};
     qw_offset_mesh offsets = qw_integer_offsets(env, &in);
     u.offsets = qw_offset_copy(env, &offsets); /* its triangles are split */
     return u;

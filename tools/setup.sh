@@ -1,12 +1,13 @@
 #!/bin/bash
 # Installs what the build needs and what is missing of it, on Debian and its kin. Quiet, and harmless when run again.
 # usage: setup.sh [GROUP...]     build and tests; of GROUP alone where given: musl, mingw, wasm (tools/test-platforms), dist (make dist),
-#                        web, web-test (tools/web), python, python-test, python-old (tools/python-package), cluster (tools/test-cluster), blender (tools/blender-addon)
+#                        web, web-test (tools/web), python, python-test, python-old (tools/python-package), cluster (tools/test-cluster), blender (tools/blender-addon),
+#                        freecad (tools/freecad-addon)
 #   build: a C and a C++ compiler, CMake, Ninja, stb (textures), pkg-config (the install test asks it)
-#   tests: CMocka
-#   used where found: CaDiCaL (SAT, Equation (4)), GLPK (--flow ilp), libwebp (textures that are WebP), LEMON (oracle of the flow tests), clang (second compiler, fuzzing), clang-format (layout)
+#   tests: CMocka, PyYAML (packaging)
+#   used where found: CaDiCaL (SAT, Equation (4)), GLPK (--flow ilp), libwebp (textures that are WebP), LEMON (oracle of the flow tests), clang (second compiler, fuzzing), clang-format (layout), ruby and nix (packaging/check.py: the formula, the flake)
 set -e
-packages=(gcc g++ make cmake ninja-build pkg-config libstb-dev libcmocka-dev cadical libcadical-dev libglpk-dev libwebp-dev liblemon-dev clang libclang-rt-14-dev clang-format-14)
+packages=(gcc g++ make cmake ninja-build pkg-config libstb-dev libcmocka-dev cadical libcadical-dev libglpk-dev libwebp-dev liblemon-dev clang libclang-rt-14-dev clang-format-14 python3-yaml ruby nix-bin)
 [ $# -gt 0 ] && packages=()
 for group; do
     case $group in
@@ -16,10 +17,11 @@ for group; do
     web) packages+=(emscripten nodejs) && { command -v npm > /dev/null || packages+=(npm); } ;; # some builds of nodejs bring npm
     web-test) packages+=(chromium) ;;
     python) packages+=(python3-build python3-setuptools python3-wheel python3-venv python3-dev python3-numpy) ;;
-    python-test) packages+=(python3-pytest python3-meshio python3-vtk9 python3-open3d gmsh python3-distributed python3-tqdm mypy) ;;
+    python-test) packages+=(python3-pytest python3-meshio python3-vtk9 python3-open3d gmsh python3-distributed python3-tqdm mypy python3-torch python3-pil) ;; # torch and pictures: ComfyUI's
     python-old) packages+=(debootstrap) ;;
     cluster) packages+=(parallel slurm-wlm munge procps) ;;
     blender) packages+=(blender python3-numpy xvfb xauth xdotool libgl1-mesa-dri) ;;
+    freecad) packages+=(freecad freecad-python3 python3-numpy xvfb xauth libgl1-mesa-dri) ;;
     dist) packages+=(debootstrap dpkg-dev file zip unzip) ;;
     *) echo "tools/setup.sh: no group $group" >&2; exit 1 ;;
     esac
@@ -46,7 +48,7 @@ trap 'rm -f "$log"' EXIT
 for package in "${missing[@]}"; do
     "${as_root[@]}" apt-get -qq -o DPkg::Lock::Timeout=600 install -y --no-install-recommends "$package" > "$log" 2>&1 && continue
     case $package in
-    clang | libclang-rt-14-dev | clang-format-14 | *cadical* | libglpk-dev | liblemon-dev | python3-open3d | gmsh) echo "tools/setup.sh: $package is not to be had; going on without it" >&2 ;;
+    clang | libclang-rt-14-dev | clang-format-14 | *cadical* | libglpk-dev | liblemon-dev | python3-open3d | gmsh | ruby | nix-bin) echo "tools/setup.sh: $package is not to be had; going on without it" >&2 ;;
     *) echo "tools/setup.sh: $package could not be installed:" >&2; tail -5 "$log" >&2; exit 1 ;;
     esac
 done

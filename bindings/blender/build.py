@@ -1,5 +1,6 @@
-"""usage: build.py WHEEL FOLDER [HERE]: the add-on's zip in FOLDER, and index.json, which makes the folder a repository that Blender 4.2 and later can
-be pointed at. HERE: a wheel of the same version that runs on this system, where WHEEL does not: it is asked for tables. The same zip loads in older versions, by bl_info. MIT, as all that is not inside the add-on."""
+"""usage: build.py WHEEL FOLDER [HERE] | build.py --index FOLDER URL
+The add-on's zip in FOLDER, and index.json, which makes the folder a repository that Blender 4.2 and later can be pointed at. With --index that of all
+zips in FOLDER, to be fetched from URL. HERE: a wheel of the same version that runs on this system, where WHEEL does not: it is asked for tables. The same zip loads in older versions, by bl_info. MIT, as all that is not inside the add-on."""
 import hashlib
 import json
 import os
@@ -121,6 +122,19 @@ def write_zip(path, files):
             target.writestr(info, files[name])
 
 
+def write_index(folder, url):
+    """index.json of all zips of a folder, each by its own manifest, a platform each; url: of the folder."""
+    entries = []
+    for path in sorted(folder.glob("quadwright_remesh-*.zip")):
+        data = path.read_bytes()
+        with zipfile.ZipFile(path) as archive:
+            manifest = tomllib.loads(archive.read("quadwright_remesh/blender_manifest.toml").decode())
+        entry = {key: value for key, value in manifest.items() if key not in ("wheels", "build", "copyright")}
+        entry.update(archive_url=f"{url}/{path.name}", archive_size=len(data), archive_hash="sha256:" + hashlib.sha256(data).hexdigest())
+        entries.append(entry)
+    (folder / "index.json").write_text(json.dumps({"version": "v1", "blocklist": [], "data": entries}, indent=2) + "\n")
+
+
 def main(wheel, folder, here=None):
     version, platform = wheel.name.split("-")[1], platform_of(wheel)
     text = (SOURCE / "blender_manifest.toml").read_text().replace("@VERSION@", version).replace("@PLATFORMS@", json.dumps(platform))
@@ -142,14 +156,14 @@ def main(wheel, folder, here=None):
         old.unlink()
     path = folder / f"{manifest['id']}-{version}-{platform}.zip"
     write_zip(path, {f"{manifest['id']}/{name}": data for name, data in files.items()})
-    data = path.read_bytes()
-    entry = {key: value for key, value in manifest.items() if key not in ("wheels", "build", "copyright")}
-    entry.update(archive_url=f"./{path.name}", archive_size=len(data), archive_hash="sha256:" + hashlib.sha256(data).hexdigest())
-    (folder / "index.json").write_text(json.dumps({"version": "v1", "blocklist": [], "data": [entry]}, indent=2) + "\n")
+    write_index(folder, ".")
     print(path)
 
 
 if __name__ == "__main__":
     if len(sys.argv) not in (3, 4):
         sys.exit(__doc__)
+    if sys.argv[1] == "--index":
+        write_index(pathlib.Path(sys.argv[2]), sys.argv[3].rstrip("/"))
+        sys.exit()
     main(*map(pathlib.Path, sys.argv[1:]))

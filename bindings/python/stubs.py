@@ -37,7 +37,8 @@ class Guide:
     points: Any
     kind: Literal["loop", "direction"]
     closed: bool
-    def __init__(self, points: npt.ArrayLike, kind: Literal["loop", "direction"] = ..., closed: bool = ...) -> None: ...
+    rings: int
+    def __init__(self, points: npt.ArrayLike, kind: Literal["loop", "direction"] = ..., closed: bool = ..., rings: int = ...) -> None: ...
 
 class Provenance:
     vertices: npt.NDArray[np.void]
@@ -98,6 +99,7 @@ class Remesher:
     def set_field(self, field: _Field | None) -> None: ...
     def remesh(self, *, {run},{options}) -> Result: ...
     def levels(self, faces: Iterable[int], **options: Any) -> list[Result]: ...
+    def save_patches(self, path: _Path, patches_from: Literal["quads", "blocks"] = ...) -> None: ...
 
 def remesh(points: Any, triangles: npt.ArrayLike | None = ..., /, *, face_sizes: npt.ArrayLike | None = ...,
            {surface}, memory_limit: int | str = ...,
@@ -123,7 +125,7 @@ def render(meshes: Any, path: _Path, /, *, captions: Sequence[str | None] | None
 SURFACE = """marked_edges: npt.ArrayLike | None = ..., attributes: Mapping[str, npt.ArrayLike | Attribute] | None = ...,
            keep: str | Sequence[str] | None = ..., density: npt.ArrayLike | None = ..., guides: _Guides | None = ..., field: _Field | None = ...,
            region: npt.ArrayLike | None = ..."""
-RUN = """preset: Literal[{presets}] | None = ..., progress: _Progress = ..., normals: Literal["input", "none", "smooth", "split"] = ..., provenance: bool = ..., field_per: Literal["vertex", "face"] | None = ..., most_weights: int = ..., unwrap: bool = ..., bake: str | Sequence[str] | None = ..."""
+RUN = """preset: Literal[{presets}] | None = ..., progress: _Progress = ..., time_limit: float | None = ..., normals: Literal["input", "none", "smooth", "split"] = ..., provenance: bool = ..., field_per: Literal["vertex", "face"] | None = ..., most_weights: int = ..., unwrap: bool = ..., bake: str | Sequence[str] | None = ..."""
 ALIASES = """
 _Guides = _Path | Sequence[npt.ArrayLike | Guide]
 _Field = _Path | npt.ArrayLike | Attribute
@@ -136,7 +138,7 @@ from typing import Any, Literal
 def remesh_many(paths: Sequence[str | os.PathLike[str]], out: str | os.PathLike[str], /, *, client: Any, retries: int = ..., format: str = ..., preset: Literal[{presets}] | None = ..., unwrap: bool = ..., bake: str | Sequence[str] | None = ...,{options}
                 ) -> list[dict[str, Any]]: ...
 '''
-TYPES = {"count": "int | None", "real": "float | None", "flag": "bool | None"}
+TYPES = {"count": "int | float | None", "real": "float | None", "flag": "bool | None"}
 MEASURES = (1, 2)  # qw_record
 
 
@@ -163,6 +165,7 @@ def main(extension, folder):
         if name != "OK":
             class_name = {"CANCELLED": "Cancelled", "MEMORY": "OutOfMemoryError"}.get(name, title + "Error")
             text += f"class {class_name}(Error): ...\n"
+    text += "class TimeLimitError(Cancelled, TimeoutError): ...\n"
     options = ",".join(option_line(row) for row in [*native.options(), *native.asset_options()])
     presets = ", ".join(f'"{row[0]}"' for row in native.presets())
     text += ALIASES + REST.replace("{surface}", SURFACE).replace("{run}", RUN).replace("{presets}", presets).replace("{options}", options)

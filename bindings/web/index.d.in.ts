@@ -115,6 +115,8 @@ export interface Guide {
   /** edges of the result lie on it (loop, the default), or quads run along it (direction) */
   kind?: 'loop' | 'direction';
   closed?: boolean;
+  /** of a closed loop, closed rings of quads wanted on each side of it, up to 1000; 0 unless given */
+  rings?: number;
 }
 
 export interface Steering {

@@ -242,7 +242,7 @@ int EXPORT(web_set_density)(session *s, float *density, uint32_t count)
     return settle(s, status);
 }
 
-/* Guides one after the other: heads is uint32_t[count][3], kind, closed and number of points of each; points is
+/* Guides one after the other: heads is uint32_t[count][4], kind, closed, number of points and rings of each; points is
  * double[all points][3]. */
 int EXPORT(web_set_guides)(session *s, uint32_t *heads, uint32_t count, double *points)
 {
@@ -251,11 +251,12 @@ int EXPORT(web_set_guides)(session *s, uint32_t *heads, uint32_t count, double *
     const double *next = points;
     for (uint32_t i = 0; guides && i < count; i++) {
         guides[i] = (qw_guide){.size = sizeof *guides,
-                               .kind = (qw_guide_kind)heads[3 * i],
-                               .closed = heads[3 * i + 1] != 0,
-                               .point_count = heads[3 * i + 2],
-                               .points = next};
-        next += 3 * (size_t)heads[3 * i + 2];
+                               .kind = (qw_guide_kind)heads[4 * i],
+                               .closed = heads[4 * i + 1] != 0,
+                               .point_count = heads[4 * i + 2],
+                               .points = next,
+                               .rings = heads[4 * i + 3]};
+        next += 3 * (size_t)heads[4 * i + 2];
     }
     if (guides) status = qw_set_guides(s->context, count ? guides : NULL, count);
     free(guides), free(heads), free(points);

@@ -208,12 +208,14 @@ typedef enum qw_guide_kind {
 } qw_guide_kind;
 
 /* A polyline on the surface or near it: no farther than half an edge of the quads. */
+#define QW_MOST_RINGS 1000
 typedef struct qw_guide {
     uint32_t size; /* sizeof(qw_guide) */
     qw_guide_kind kind;
     int32_t closed;       /* 1: the last point is joined to the first */
     uint32_t point_count; /* 2 and more; 3 and more where it is closed */
     const double *points; /* double[point_count][3], finite */
+    uint32_t rings;       /* of a closed loop: rings of quads wanted on each side of it, up to QW_MOST_RINGS; or 0 */
 } qw_guide;
 
 /* ---- report */

@@ -256,6 +256,10 @@ static void require_guide(qw_env *env, const qw_guide *guide, uint32_t g)
                 sizeof *guide);
     if (guide->kind != QW_GUIDE_DIRECTION && guide->kind != QW_GUIDE_LOOP)
         qw_fail(env, QW_ARGUMENT, g, "guide %u is of no kind that there is", g);
+    if (guide->rings > 0 && (guide->kind != QW_GUIDE_LOOP || !guide->closed))
+        qw_fail(env, QW_ARGUMENT, g, "guide %u is to have rings, but is no closed loop", g);
+    if (guide->rings > QW_MOST_RINGS)
+        qw_fail(env, QW_ARGUMENT, g, "guide %u is to have %u rings; %d are the most", g, guide->rings, QW_MOST_RINGS);
     uint32_t least = guide->closed ? 3 : 2;
     if (!guide->points || guide->point_count < least)
         qw_fail(env, QW_ARGUMENT, g, "guide %u has %u points; it needs %u and more", g,
@@ -278,6 +282,7 @@ static void copy_guides(void *user)
     qw_steering *s = &call->copy;
     s->guide_count = call->count;
     s->guide_begin = QW_NEW(env, uint32_t, (size_t)call->count + 1), s->guide_kind = QW_NEW(env, uint8_t, call->count);
+    s->guide_rings = QW_NEW(env, uint32_t, call->count);
     s->guide_point = QW_NEW(env, double, 3 * points);
     s->guide_begin[0] = 0;
     for (uint32_t g = 0; g < call->count; g++) {
@@ -285,7 +290,7 @@ static void copy_guides(void *user)
         double *to = s->guide_point + 3 * (size_t)s->guide_begin[g];
         memcpy(to, guide->points, 3 * (size_t)guide->point_count * sizeof *to);
         if (guide->closed) memcpy(to + 3 * (size_t)guide->point_count, guide->points, 3 * sizeof *to);
-        s->guide_kind[g] = (uint8_t)guide->kind;
+        s->guide_kind[g] = (uint8_t)guide->kind, s->guide_rings[g] = guide->rings;
         s->guide_begin[g + 1] = s->guide_begin[g] + guide->point_count + (guide->closed != 0);
     }
 }

@@ -11,6 +11,7 @@
 typedef struct qw_curve_ends {
     uint32_t count;    /* curve edges at the vertex */
     uint32_t other[2]; /* the other ends of the first two, in the order of their edges */
+    bool is_ring;      /* they are all of the curves of nests */
 } qw_curve_ends;
 
 /* qw_curve_ends[mesh->vertex_count], in the current scope. with_boundary: boundary edges are curve edges too. */

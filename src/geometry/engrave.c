@@ -28,6 +28,7 @@ typedef struct graver {
     size_t links, chain_capacity;
     int64_t marked;
     uint32_t number, point; /* of the polyline and of the point that was left last, for messages */
+    uint8_t mark;           /* of its edges */
 } graver;
 
 static qw_vec3 at(const graver *g, uint32_t v) { return g->e.vertex[v].position; }
@@ -110,9 +111,9 @@ static uint32_t vertex_at(graver *g, const qw_hit *hit)
 static void mark_edge(graver *g, uint32_t h)
 {
     uint32_t t = qw_edit_twin(&g->e, h);
-    if (t == QW_NONE || qw_edit_mark(&g->e, h)) return;
-    g->e.face[h >> 2].mark[h & 3] = g->e.face[t >> 2].mark[t & 3] = QW_MARK_FEATURE;
-    g->marked++;
+    if (t == QW_NONE) return;
+    g->marked += !qw_edit_mark(&g->e, h);
+    g->e.face[h >> 2].mark[h & 3] |= g->mark, g->e.face[t >> 2].mark[t & 3] |= g->mark;
 }
 
 /* The plane through the two ends of a step. */
@@ -262,12 +263,13 @@ static void draw_step(graver *g, const stop *from, const stop *to, const qw_vec3
 }
 
 /* Draws a line from point to point into the surface, in pieces no longer than `step`. */
-static void engrave_one(graver *g, const qw_vec3 *point, uint32_t count, const qw_vec3 *normal, float step)
+static void engrave_one(graver *g, const qw_vec3 *point, uint32_t count, uint32_t finer, const qw_vec3 *normal,
+                        float step)
 {
-    assert(count > 0 && step > 0);
+    assert(count > 0 && finer > 0 && step > 0);
     stop now = stop_at(g, point[0], normal);
     for (uint32_t i = 1; i < count; i++) {
-        g->point = i - 1;
+        g->point = (i - 1) / finer;
         uint32_t pieces = 1 + (uint32_t)fminf(qw_distance(point[i - 1], point[i]) / step, (float)MOST_PIECES_A_STEP);
         for (uint32_t k = 1; k <= pieces; k++) {
             qw_heartbeat(g->env);
@@ -288,8 +290,9 @@ qw_trimesh qw_engrave(qw_env *env, const qw_trimesh *surface, const qw_bvh *bvh,
     graver g = {.env = env, .bvh = bvh, .snap = SNAP_QUADS * (double)length};
     g.e = qw_edit_open(env, surface, target, qw_trimesh_outgoing(env, surface));
     for (uint32_t i = 0; i < lines->count; i++) {
-        g.number = lines->number[i];
-        engrave_one(&g, lines->point + lines->begin[i], lines->begin[i + 1] - lines->begin[i], normal, length / STEPS);
+        g.number = lines->number[i], g.mark = lines->mark[i];
+        engrave_one(&g, lines->point + lines->begin[i], lines->begin[i + 1] - lines->begin[i], lines->finer[i], normal,
+                    length / STEPS);
     }
     *marked = g.marked;
     qw_trimesh m = qw_edit_plain(&g.e, surface->point, surface->vertex_count);

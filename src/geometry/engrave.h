@@ -11,6 +11,8 @@ typedef struct qw_polylines {
     const uint32_t *begin;  /* uint32_t[count + 1]: points of polyline i are point[begin[i]] .. point[begin[i + 1]] */
     const qw_vec3 *point;   /* in the frame; closed where the last is the first */
     const uint32_t *number; /* uint32_t[count]: how messages call each */
+    const uint8_t *mark;    /* uint8_t[count]: the QW_MARK_ bits of its edges */
+    const uint32_t *finer;  /* uint32_t[count]: points of it to one that messages count */
 } qw_polylines;
 
 /* The surface with the polylines projected onto it as marked edges; other marks and points stay. length: that of the

@@ -5,6 +5,7 @@
 #include "base/constants.h"
 
 #include <assert.h>
+#include <string.h>
 
 /* Halvings after which no edge of single precision can be long. */
 enum { MOST_ROUNDS = 300, MOST_PIECES = 4 };
@@ -187,6 +188,8 @@ static bool halve(qw_env *env, halving *t, uint32_t most)
         t->to.corner = QW_NEW(env, uint32_t, 3 * (size_t)pieces);
         t->to.twin = QW_NEW(env, uint32_t, 3 * (size_t)pieces);
         if (m->mark) t->to.mark = QW_NEW(env, uint8_t, 3 * (size_t)pieces);
+        if (m->point) t->to.point = QW_NEW_ZERO(env, uint8_t, t->to.vertex_count);
+        if (m->point) memcpy(t->to.point, m->point, m->vertex_count);
         for (uint32_t v = 0; v < m->vertex_count; v++) t->to.position[v] = m->position[v];
         qw_parallel(env, faces, QW_GRAIN_LIGHT, part_faces, t);
     }
@@ -198,6 +201,7 @@ static bool halve(qw_env *env, halving *t, uint32_t most)
 static void free_mesh(qw_env *env, qw_trimesh *m)
 {
     qw_free(env, m->position), qw_free(env, m->corner), qw_free(env, m->twin), qw_free(env, m->mark);
+    qw_free(env, m->point);
 }
 
 qw_trimesh qw_without_long_edges(qw_env *env, const qw_trimesh *m, float longest, uint32_t most)

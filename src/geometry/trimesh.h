@@ -16,7 +16,11 @@
 #include "base/vec.h"
 
 /* Bits of `mark`, one byte a half-edge; the two half-edges of an edge carry the same bits. */
-enum { QW_MARK_FEATURE = 1 };
+enum {
+    QW_MARK_FEATURE = 1,
+    QW_MARK_RING = 2, /* beside QW_MARK_FEATURE: of the curve of a nest (remesh/sizes/nests.h), which has no corners */
+    QW_MARKS = QW_MARK_FEATURE | QW_MARK_RING
+};
 
 /* Feature constraint of a vertex. A curve is a chain of marked or boundary edges (geometry/corners.h). */
 typedef enum qw_vertex_kind {

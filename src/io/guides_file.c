@@ -5,10 +5,11 @@
 
 #include <math.h>
 
-static const char DIRECTION[] = "direction";
+static const char DIRECTION[] = "direction", RINGS[] = "rings";
 
 typedef struct polyline {
     qw_guide_kind kind;
+    uint32_t rings;
     size_t begin, end; /* of its numbers of vertices */
     size_t line;       /* of the file */
 } polyline;
@@ -23,6 +24,7 @@ typedef struct reading {
     polyline *line;
     size_t lines, line_capacity;
     qw_guide_kind kind;
+    uint32_t rings;
 } reading;
 
 static void read_vertex(reading *r)
@@ -61,7 +63,7 @@ static void read_polyline(reading *r)
     qw_text *t = &r->text;
     r->line = qw_grow(r->env, r->line, &r->line_capacity, r->lines + 1, sizeof *r->line);
     polyline *p = &r->line[r->lines++];
-    *p = (polyline){r->kind, r->numbers, r->numbers, t->line};
+    *p = (polyline){r->kind, r->rings, r->numbers, r->numbers, t->line};
     while (!qw_text_line_ends(t)) {
         qw_word word = qw_text_word(t);
         uint32_t vertex = vertex_named(r, word);
@@ -72,11 +74,32 @@ static void read_polyline(reading *r)
     if (p->end - p->begin < 2) qw_text_fail(t, QW_FORMAT_SYNTAX, -1, "a line needs two vertices and more");
 }
 
+static bool begins_with(qw_word word, const char *text)
+{
+    size_t size = strlen(text);
+    return word.size >= size && memcmp(word.at, text, size) == 0;
+}
+
+/* Of "rings 6", "rings_6" or "rings6", of which the word is the first, 6; 0 where no number follows. */
+static uint32_t rings_named(reading *r, qw_word word)
+{
+    const size_t letters = sizeof RINGS - 1;
+    qw_word number = {word.at + letters, word.size - letters};
+    while (number.size > 0 && (*number.at == '_' || *number.at == '-')) number.at++, number.size--;
+    if (number.size == 0) number = qw_text_word(&r->text);
+    uint32_t rings = 0;
+    for (size_t i = 0; i < number.size; i++) {
+        if (number.at[i] < '0' || number.at[i] > '9') return 0;
+        if (rings <= QW_MOST_RINGS) rings = 10 * rings + (uint32_t)(number.at[i] - '0');
+    }
+    return rings;
+}
+
 static void read_name(reading *r)
 {
     qw_word word = qw_text_word(&r->text);
-    bool direction = word.size >= sizeof DIRECTION - 1 && memcmp(word.at, DIRECTION, sizeof DIRECTION - 1) == 0;
-    r->kind = direction ? QW_GUIDE_DIRECTION : QW_GUIDE_LOOP;
+    r->kind = begins_with(word, DIRECTION) ? QW_GUIDE_DIRECTION : QW_GUIDE_LOOP;
+    r->rings = begins_with(word, RINGS) ? rings_named(r, word) : 0;
 }
 
 static void read_statements(reading *r)
@@ -105,7 +128,7 @@ static qw_guide guide_of(reading *r, const polyline *p)
         }
         memcpy(points + 3 * i, r->vertex + 3 * (size_t)v, 3 * sizeof *points);
     }
-    return (qw_guide){sizeof(qw_guide), p->kind, closed, (uint32_t)(n - closed), points};
+    return (qw_guide){sizeof(qw_guide), p->kind, closed, (uint32_t)(n - closed), points, p->rings};
 }
 
 qw_guide *qw_read_guides(qw_env *env, const char *path, uint32_t *count)

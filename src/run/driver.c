@@ -101,17 +101,20 @@ static void free_unless(qw_context_state *c, void *before, const void *now)
 void qw_replace_steering(qw_context_state *c, const qw_steering *steering)
 {
     const qw_steering was = c->steering, *now = steering;
-    void *made[] = {
-        now->field == was.field ? NULL : now->field, now->guide_begin == was.guide_begin ? NULL : now->guide_begin,
-        now->guide_kind == was.guide_kind ? NULL : now->guide_kind,
-        now->guide_point == was.guide_point ? NULL : now->guide_point, now->region == was.region ? NULL : now->region};
+    void *made[] = {now->field == was.field ? NULL : now->field,
+                    now->guide_begin == was.guide_begin ? NULL : now->guide_begin,
+                    now->guide_kind == was.guide_kind ? NULL : now->guide_kind,
+                    now->guide_rings == was.guide_rings ? NULL : now->guide_rings,
+                    now->guide_point == was.guide_point ? NULL : now->guide_point,
+                    now->region == was.region ? NULL : now->region};
     while (c->done > 0) { /* out of the scopes of the stages, which end here */
         for (size_t i = 0; i < sizeof made / sizeof *made; i++) qw_keep(c->env, made[i]);
         discard_from(c, c->done - 1);
     }
     begin_run(c);
     free_unless(c, was.field, now->field), free_unless(c, was.guide_begin, now->guide_begin);
-    free_unless(c, was.guide_kind, now->guide_kind), free_unless(c, was.guide_point, now->guide_point);
+    free_unless(c, was.guide_kind, now->guide_kind), free_unless(c, was.guide_rings, now->guide_rings);
+    free_unless(c, was.guide_point, now->guide_point);
     free_unless(c, was.region, now->region);
     c->steering = *now;
 }

@@ -72,7 +72,9 @@ static void validate_steering(qw_context_state *c)
     }
     for (uint32_t f = 0; s->region && f < c->input.face_count; f++)
         REQUIRE(c, s->region[f] <= 1, "a face is neither inside of the region nor outside");
-    REQUIRE(c, !s->guide_begin == (s->guide_count == 0) && !s->guide_kind == (s->guide_count == 0),
+    REQUIRE(c,
+            !s->guide_begin == (s->guide_count == 0) && !s->guide_kind == (s->guide_count == 0) &&
+                !s->guide_rings == (s->guide_count == 0),
             "guides are missing");
     for (uint32_t g = 0; g < s->guide_count; g++)
         REQUIRE(c,
@@ -108,8 +110,7 @@ static void validate_surface(qw_context_state *c, const qw_trimesh *mesh)
     qw_trimesh_validate(c->env, mesh);
     for (uint32_t h = 0; mesh->mark && h < 3 * mesh->face_count; h++)
         REQUIRE(c,
-                mesh->mark[h] <= QW_MARK_FEATURE &&
-                    (mesh->twin[h] == QW_NONE || mesh->mark[mesh->twin[h]] == mesh->mark[h]),
+                mesh->mark[h] <= QW_MARKS && (mesh->twin[h] == QW_NONE || mesh->mark[mesh->twin[h]] == mesh->mark[h]),
                 "an edge of a surface is marked from one side");
     for (uint32_t v = 0; mesh->point && v < mesh->vertex_count; v++)
         REQUIRE(c, mesh->point[v] <= 1, "a vertex of a surface is more than a point");
@@ -298,6 +299,7 @@ static void validate_working(qw_context_state *c)
     for (uint32_t t = 0; t < run->tips.count; t++)
         REQUIRE(c, run->tips.tip[t].length > 0 && run->tips.tip[t].girth > 0, "a part that sticks out has no length");
     require_units(c, run->normal, mesh->vertex_count);
+    if (run->nested) require_units(c, run->nested, mesh->vertex_count);
     validate_holds(c);
 }
 

@@ -1,5 +1,6 @@
 #include "whole/guides.h"
 
+#include "whole/ring_guides.h"
 #include "whole/small.h"
 #include "geometry/bvh.h"
 #include "geometry/engrave.h"
@@ -23,30 +24,10 @@ bool qw_has_guides(const qw_run_state *run, qw_guide_kind kind)
     return false;
 }
 
-/* Guides may be anywhere: farther than so many diagonals off they are held there, so that single precision has them. */
-static const double FARTHEST = 1e6;
+/* ---- on the surface */
+
 /* At most so many samples of a step, however long it is. */
 static const double MOST_SAMPLES = 1e6;
-
-static qw_vec3 in_frame(const qw_run_state *run, const double *p)
-{
-    const qw_frame *f = &run->clean.frame;
-    double q[3];
-    for (int k = 0; k < 3; k++) q[k] = fmin(fmax((p[k] - f->center[k]) * f->scale, -FARTHEST), FARTHEST);
-    return qw_v3_of_doubles(q);
-}
-
-/* All guides in the frame: qw_vec3[points]. */
-static qw_vec3 *points_in_frame(const qw_run_state *run)
-{
-    const qw_steering *s = &run->steering;
-    uint32_t n = s->guide_begin[s->guide_count];
-    qw_vec3 *point = QW_NEW(run->env, qw_vec3, n);
-    for (uint32_t i = 0; i < n; i++) point[i] = in_frame(run, s->guide_point + 3 * (size_t)i);
-    return point;
-}
-
-/* ---- on the surface */
 
 /* Fails where a point of a guide is further than MOST_OFF edges off the surface. */
 static void require_near(const qw_run_state *run, const qw_bvh *bvh, const qw_vec3 *point, double edge)
@@ -86,22 +67,24 @@ void qw_engrave_guides(qw_run_state *run)
     if (s->guide_count == 0) return;
     double edge = qw_edge_wanted(run, qw_faces_without_small(run, run->surface_faces));
     qw_scope_begin(env);
-    const qw_vec3 *point = points_in_frame(run);
+    const qw_vec3 *point = qw_guides_in_frame(run);
     const qw_bvh *bvh = qw_bvh_build(env, &run->surface);
     require_near(run, bvh, point, edge);
     qw_polylines lines = {0};
-    uint32_t *number = QW_NEW(env, uint32_t, s->guide_count),
+    uint32_t *number = QW_NEW(env, uint32_t, s->guide_count), *finer = QW_NEW(env, uint32_t, s->guide_count),
              *begin = QW_NEW(env, uint32_t, (size_t)s->guide_count + 1);
-    for (uint32_t g = 0; g < s->guide_count; g++)
-        if (s->guide_kind[g] == QW_GUIDE_LOOP) number[lines.count++] = g;
-    qw_vec3 *loops = QW_NEW(env, qw_vec3, s->guide_begin[s->guide_count]);
+    uint8_t *mark = QW_NEW(env, uint8_t, s->guide_count);
+    qw_vec3 *loops = QW_NEW(env, qw_vec3, (size_t)QW_FINER * s->guide_begin[s->guide_count]);
     begin[0] = 0;
-    for (uint32_t i = 0; i < lines.count; i++) {
-        begin[i + 1] = begin[i];
-        for (uint32_t k = s->guide_begin[number[i]]; k < s->guide_begin[number[i] + 1]; k++)
-            loops[begin[i + 1]++] = point[k];
+    for (uint32_t g = 0; g < s->guide_count; g++) {
+        if (s->guide_kind[g] != QW_GUIDE_LOOP) continue;
+        uint32_t i = lines.count++;
+        number[i] = g, mark[i] = qw_has_rings(run, g) ? QW_MARKS : QW_MARK_FEATURE,
+        finer[i] = qw_has_rings(run, g) ? QW_FINER : 1;
+        qw_smooth_guide(run, g, point, loops + begin[i]);
+        begin[i + 1] = begin[i] + qw_smooth_count(run, g);
     }
-    lines.begin = begin, lines.point = loops, lines.number = number;
+    lines.begin = begin, lines.point = loops, lines.number = number, lines.mark = mark, lines.finer = finer;
     if (lines.count > 0) {
         qw_trimesh cut = qw_engrave(env, &run->surface, bvh, &lines, (float)edge, &run->report->guide_edges);
         take_surface(run, &cut);
@@ -118,7 +101,7 @@ void qw_add_guide_directions(const qw_run_state *run, qw_vec3 *asked)
     const qw_trimesh *mesh = &run->working.mesh;
     if (!qw_has_guides(run, QW_GUIDE_DIRECTION)) return;
     qw_scope_begin(env);
-    const qw_vec3 *point = points_in_frame(run);
+    const qw_vec3 *point = qw_guides_in_frame(run);
     uint32_t n = s->guide_begin[s->guide_count], count = 0;
     qw_vec3 *from = QW_NEW(env, qw_vec3, n), *to = QW_NEW(env, qw_vec3, n);
     for (uint32_t g = 0; g < s->guide_count; g++)
@@ -147,19 +130,22 @@ void qw_report_guides(qw_run_state *run, const qw_quadmesh *quads)
     run->report->guide_off = -1;
     if (!qw_has_guides(run, QW_GUIDE_LOOP)) return;
     qw_scope_begin(env);
-    const qw_vec3 *point = points_in_frame(run);
+    const qw_vec3 *point = qw_guides_in_frame(run);
     const qw_bvh *surface = qw_bvh_build(env, &run->surface);
     const qw_curve_tree *edges = qw_curve_tree_of_quads(env, quads);
-    for (uint32_t g = 0; g < s->guide_count; g++)
-        for (uint32_t i = s->guide_begin[g]; s->guide_kind[g] == QW_GUIDE_LOOP && i + 1 < s->guide_begin[g + 1]; i++) {
-            uint32_t steps = 1 + (uint32_t)fmin(SAMPLES * (double)qw_distance(point[i], point[i + 1]) / run->rho,
+    qw_vec3 *line = QW_NEW(env, qw_vec3, (size_t)QW_FINER * s->guide_begin[s->guide_count]);
+    for (uint32_t g = 0; g < s->guide_count; g++) {
+        qw_smooth_guide(run, g, point, line);
+        for (uint32_t i = 0; s->guide_kind[g] == QW_GUIDE_LOOP && i + 1 < qw_smooth_count(run, g); i++) {
+            uint32_t steps = 1 + (uint32_t)fmin(SAMPLES * (double)qw_distance(line[i], line[i + 1]) / run->rho,
                                                 MOST_SAMPLES);
             for (uint32_t k = 0; k < steps; k++) {
-                qw_vec3 p = qw_lerp(point[i], point[i + 1], (float)k / (float)steps);
+                qw_vec3 p = qw_lerp(line[i], line[i + 1], (float)k / (float)steps);
                 qw_hit hit = qw_bvh_nearest(surface, p, qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
                 worst = fmaxf(worst, qw_curve_nearest(edges, hit.point, INFINITY).distance2);
             }
         }
+    }
     run->report->guide_off = sqrt((double)worst) / run->rho;
     qw_scope_end(env);
 }

@@ -250,14 +250,17 @@ static qw_clean_input input_of(const qw_run_state *run, const qw_half *half)
 
 /* ---- guides */
 
-/* The guides on the core's side. Those that lie on the other side altogether are reflected; of those that cross the
-   plane, what lies on the core's side remains, as one guide for each stretch. */
+/* The guides on the core's side. Those that lie on the other side altogether are reflected, unless what was drawn on
+   the core's side is the same; of those that cross the plane, what lies on the core's side remains, as one guide for
+   each stretch. */
 typedef struct folding {
     const qw_steering *from;
     qw_steering *to;
     const qw_mirror_plane *plane;
-    double side;         /* 1 or -1: the sign of the heights on the core's side */
-    uint32_t begin, end; /* the points of `to` that belong to the stretch that was begun */
+    double side; /* 1 or -1: the sign of the heights on the core's side */
+    const qw_frame *frame;
+    const qw_curve_tree *drawn; /* in the frame: what was drawn on the core's side; NULL: not yet known, or nothing */
+    uint32_t begin, end;        /* the points of `to` that belong to the stretch that was begun */
 } folding;
 
 static void put_point(folding *f, const double p[3])
@@ -273,6 +276,7 @@ static void end_stretch(folding *f, uint32_t guide)
         f->end = f->begin;
         return;
     }
+    to->guide_rings[to->guide_count] = f->from->guide_rings[guide];
     to->guide_kind[to->guide_count++] = f->from->guide_kind[guide];
     to->guide_begin[to->guide_count] = f->begin = f->end;
 }
@@ -291,31 +295,60 @@ static double height_of(const folding *f, uint32_t point)
     return f->side * qw_plane_height(f->plane, f->from->guide_point + 3 * (size_t)point);
 }
 
-static void reflect_guide(folding *f, uint32_t begin, uint32_t end)
+static void reflect_guide(folding *f, uint32_t guide)
 {
-    for (uint32_t i = begin; i < end; i++) {
+    bool is_drawn = f->drawn != NULL;
+    for (uint32_t i = f->from->guide_begin[guide]; i < f->from->guide_begin[guide + 1]; i++) {
         double reflected[3];
         qw_reflect(f->plane, f->from->guide_point + 3 * (size_t)i, reflected);
+        is_drawn = is_drawn &&
+                   qw_curve_nearest(f->drawn, qw_in_frame(f->frame, reflected), QW_DRAWN_ALIKE).segment != QW_NONE;
         put_point(f, reflected);
     }
+    if (is_drawn) f->end = f->begin;
+    end_stretch(f, guide);
 }
 
-/* Cuts a guide at the plane and keeps the stretches above it; one that lies wholly below is reflected. */
+static bool is_beyond(const folding *f, uint32_t guide)
+{
+    for (uint32_t i = f->from->guide_begin[guide]; i < f->from->guide_begin[guide + 1]; i++)
+        if (height_of(f, i) > 0) return false;
+    return true;
+}
+
+/* Cuts a guide at the plane and keeps the stretches above it. A closed one is walked from a point below it, so that no
+   stretch is cut in two. */
 static void fold_guide(folding *f, uint32_t guide)
 {
     assert(guide < f->from->guide_count);
-    uint32_t begin = f->from->guide_begin[guide], end = f->from->guide_begin[guide + 1];
-    bool is_beyond = true;
-    for (uint32_t i = begin; i < end; i++) is_beyond &= height_of(f, i) <= 0;
-    if (is_beyond) reflect_guide(f, begin, end);
-    for (uint32_t i = begin; i < end && !is_beyond; i++) {
-        const double *p = f->from->guide_point + 3 * (size_t)i;
-        double a = height_of(f, i), b = i + 1 < end ? height_of(f, i + 1) : a;
+    uint32_t begin = f->from->guide_begin[guide], steps = f->from->guide_begin[guide + 1] - begin - 1, first = 0;
+    const double *point = f->from->guide_point + 3 * (size_t)begin;
+    if (memcmp(point, point + 3 * (size_t)steps, 3 * sizeof *point) == 0)
+        while (first < steps && height_of(f, begin + first) >= 0) first++;
+    first = first < steps ? first : 0;
+    for (uint32_t i = 0; i <= steps; i++) {
+        uint32_t at = i + first < steps || first == 0 ? i + first : i + first - steps, next = at < steps ? at + 1 : 1;
+        const double *p = point + 3 * (size_t)at, *q = point + 3 * (size_t)next;
+        double a = height_of(f, begin + at), b = i < steps ? height_of(f, begin + next) : a;
         if (a >= 0) put_point(f, p);
-        if ((a > 0 && b < 0) || (a < 0 && b > 0)) put_crossing(f, p, a, p + 3, b);
+        if ((a > 0 && b < 0) || (a < 0 && b > 0)) put_crossing(f, p, a, q, b);
         if (b < 0) end_stretch(f, guide);
     }
     end_stretch(f, guide);
+}
+
+/* The steps of all stretches so far. */
+static const qw_curve_tree *drawn_so_far(const qw_run_state *run, const folding *f)
+{
+    const qw_steering *to = f->to;
+    uint32_t count = 0;
+    qw_vec3 *from = QW_NEW(run->env, qw_vec3, f->end), *end = QW_NEW(run->env, qw_vec3, f->end);
+    for (uint32_t g = 0; g < to->guide_count; g++)
+        for (uint32_t i = to->guide_begin[g]; i + 1 < to->guide_begin[g + 1]; i++) {
+            from[count] = qw_in_frame(f->frame, to->guide_point + 3 * (size_t)i);
+            end[count++] = qw_in_frame(f->frame, to->guide_point + 3 * (size_t)i + 3);
+        }
+    return count > 0 ? qw_curve_tree_build(run->env, from, end, count) : NULL;
 }
 
 /* There are no more stretches than points, and no more crossings. */
@@ -328,9 +361,14 @@ static qw_steering steering_of(const qw_run_state *run, const qw_mirror_plane *p
     to.guide_count = 0;
     to.guide_begin = QW_NEW_ZERO(run->env, uint32_t, points + 1);
     to.guide_kind = QW_NEW_ZERO(run->env, uint8_t, points);
+    to.guide_rings = QW_NEW_ZERO(run->env, uint32_t, points);
     to.guide_point = QW_NEW(run->env, double, 6 * points);
-    folding f = {from, &to, plane, sign, 0, 0};
-    for (uint32_t g = 0; g < from->guide_count; g++) fold_guide(&f, g);
+    folding f = {from, &to, plane, sign, &run->whole.clean.frame, NULL, 0, 0};
+    for (uint32_t g = 0; g < from->guide_count; g++)
+        if (!is_beyond(&f, g)) fold_guide(&f, g);
+    f.drawn = drawn_so_far(run, &f);
+    for (uint32_t g = 0; g < from->guide_count; g++)
+        if (is_beyond(&f, g)) reflect_guide(&f, g);
     return to;
 }
 

@@ -5,9 +5,7 @@
 
 #include <math.h>
 
-/* What is drawn by hand on both sides is alike within this share of the diagonal, densities within the other of their
-   mean. */
-static const float DRAWN_ALIKE = 5e-3f;
+/* Densities are alike within this share of their mean. */
 static const double DENSITY_ALIKE = 0.05;
 
 static qw_vec3 reflected_in_frame(const qw_run_state *run, const qw_mirror_plane *plane, const double p[3])
@@ -52,9 +50,9 @@ static bool are_alike(const segments *s)
     for (uint32_t i = 0; i < s->count; i++) {
         qw_vec3 middle = qw_scale(qw_add(s->mirrored_from[i], s->mirrored_to[i]), 0.5f);
         qw_heartbeat(s->run->env);
-        if (qw_curve_nearest(tree, s->mirrored_from[i], DRAWN_ALIKE).segment == QW_NONE ||
-            qw_curve_nearest(tree, middle, DRAWN_ALIKE).segment == QW_NONE ||
-            qw_curve_nearest(tree, s->mirrored_to[i], DRAWN_ALIKE).segment == QW_NONE)
+        if (qw_curve_nearest(tree, s->mirrored_from[i], QW_DRAWN_ALIKE).segment == QW_NONE ||
+            qw_curve_nearest(tree, middle, QW_DRAWN_ALIKE).segment == QW_NONE ||
+            qw_curve_nearest(tree, s->mirrored_to[i], QW_DRAWN_ALIKE).segment == QW_NONE)
             return false;
     }
     return true;

@@ -4,6 +4,9 @@
 
 #include "whole/state.h"
 
+/* What is drawn by hand on both sides is alike within this share of the diagonal. */
+#define QW_DRAWN_ALIKE 5e-3f
+
 /* What steers the quads on one side of the plane otherwise than on the other, as the subject of a sentence: guides,
    directions, densities; NULL: nothing does. Needs what CLEAN leaves. */
 const char *qw_one_sided_steering(const qw_run_state *run, const qw_mirror_plane *plane);

@@ -3,6 +3,7 @@
 #include "base/constants.h"
 #include "remesh/sizes/painted.h"
 #include "whole/kept_rims.h"
+#include "whole/ring_guides.h"
 
 #include <string.h>
 
@@ -15,9 +16,14 @@ double qw_in_quads(const qw_run_state *run, double area) { return area / (run->r
 
 float qw_uncovered_distance(const qw_run_state *run) { return (float)QW_UNCOVERED_DISTANCE * (float)run->rho; }
 
-bool qw_has_density(const qw_run_state *run) { return run->options.adaptive > 0 || run->input.density; }
+double qw_turn_of_edge(const qw_run_state *run) { return 2 * QW_PI / ((double)run->options.around + 1); }
 
-float *qw_wanted_size(const qw_run_state *run, double rho, float **base_target, qw_tip_list *tips)
+bool qw_has_density(const qw_run_state *run)
+{
+    return run->options.adaptive > 0 || run->options.around > 0 || run->input.density;
+}
+
+float *qw_wanted_size(const qw_run_state *run, double rho, float **base_target, qw_tip_list *tips, qw_nests *nests)
 {
     qw_env *env = run->env;
     qw_size_request request = {.surface = &run->surface,
@@ -25,12 +31,17 @@ float *qw_wanted_size(const qw_run_state *run, double rho, float **base_target, 
                                .tree = run->tree,
                                .rho = rho,
                                .adaptive = run->options.adaptive,
+                               .circles = run->circles,
+                               .turn = qw_turn_of_edge(run),
                                .painted = qw_painted_density(env, &run->input, &run->clean, &run->surface),
                                .with_boundary = run->options.align_boundary != 0,
                                .refinement = run->refinement,
                                .refinements = run->plan.refinements};
     float *size = qw_shared_sizes(env, &request, tips);
     if (qw_keeps_rims(run)) qw_fit_rims(run, size);
+    qw_nests fitted = qw_nests_of_guides(run, qw_in_quads(run, run->core.area));
+    qw_fit_nests(env, &run->surface, &fitted, size);
+    if (nests) *nests = fitted;
     *base_target = QW_NEW(env, float, run->surface.vertex_count);
     memcpy(*base_target, size, run->surface.vertex_count * sizeof *size);
     qw_refine_sizes(env, &request, size);

@@ -85,6 +85,7 @@ typedef struct qw_run_state {
     qw_trimesh surface; /* the clean surface with its features marked, sharp where they were sampled; coarser where it
                            was much finer than the quads */
     qw_census surface_census;
+    float *circles;       /* float[surface vertices], of sizes/around.h; NULL: none is asked for */
     double surface_faces; /* the most quads that this surface is fine enough for */
     qw_bvh *tree;         /* of qw_parted_surface */
     /* WORKING */
@@ -96,6 +97,7 @@ typedef struct qw_run_state {
     uint8_t *curve_verdict; /* qw_curve_verdict, [3 working faces]: what becomes of the feature curve along an edge */
     uint8_t *constraint;    /* qw_vertex_kind, [working vertices] */
     qw_vec3 *direction;
+    qw_vec3 *nested;  /* qw_vec3[working vertices]: along the rings of nests, 0 outside; NULL: there are none */
     qw_vec3 *normal;  /* smoothed at the scale of the quads */
     qw_tip_list tips; /* what sticks out of the surface, at the scale of the quads */
     float *smoothed;  /* share of the smoothing radius that was used at each vertex */

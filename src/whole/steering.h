@@ -14,6 +14,7 @@ typedef struct qw_steering {
     uint32_t *guide_begin; /* uint32_t[guide_count + 1]: the points of guide g are guide_begin[g] .. guide_begin[g + 1];
                               NULL without guides, as the next two */
     uint8_t *guide_kind;   /* uint8_t[guide_count], qw_guide_kind */
+    uint32_t *guide_rings; /* uint32_t[guide_count]: rings wanted on each side of it; 0: none */
     double *guide_point;   /* double[guide_begin[guide_count]][3], in the input's coordinates; a closed guide ends with
                               its first point */
     uint8_t *region;       /* uint8_t[faces of the input], 1: inside; NULL: all are */

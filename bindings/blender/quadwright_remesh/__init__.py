@@ -9,7 +9,8 @@ bl_info = {
     "version": (0, 1, 0),
     "blender": (3, 4, 0),
     "location": "Object > Quick Remesh to Quads; 3D View > Sidebar > Quads",
-    "description": "Clean quads of any mesh, with its UVs, materials, colors, weights and shape keys",
+    "description": "Any triangle surface in, a clean all-quad mesh out",
+    "doc_url": "https://github.com/quadwright/quadwright",
     "category": "Mesh",
 }
 

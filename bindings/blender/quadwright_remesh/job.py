@@ -144,7 +144,7 @@ class Job:
                 options["sharp_marks"] = False
         elif settings.sharp == "MARKS":
             options["sharp_angle"] = 180.0
-        item.run = ({"kind": "run", "options": options, "most_weights": 0, "guide_kind": settings.guide_kind.lower(), "guides": [], "closed": []}, {})
+        item.run = ({"kind": "run", "options": options, "most_weights": 0, "guide_kind": settings.guide_kind.lower(), "guide_rings": settings.guide_rings if settings.guide_kind == "LOOP" else 0, "guides": [], "closed": []}, {})
         if source.region is not None:
             item.run[1]["region"] = source.region.astype(np.uint8)
         density = source.density(settings)

@@ -100,6 +100,8 @@ class QUADWRIGHT_PT_main(_Panel, bpy.types.Panel):
             column.prop(settings, "guide_curve")
         if settings.guides != "NONE":
             column.prop(settings, "guide_kind")
+            if settings.guide_kind == "LOOP":
+                column.prop(settings, "guide_rings")
         column.label(text="Keep")
         row = column.grid_flow(columns=2, align=True)
         row.use_property_split = False

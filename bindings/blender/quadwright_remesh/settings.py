@@ -229,6 +229,15 @@ def _annotations():
             name="Curve", type=bpy.types.Object, poll=_is_curve, update=_changed, description="Its splines are the guides"
         ),
         "guide_kind": bpy.props.EnumProperty(name="Guide", items=GUIDE_KINDS, default="LOOP", update=_changed, description="What the guides do"),
+        "guide_rings": bpy.props.IntProperty(
+            name="Rings",
+            default=0,
+            min=0,
+            max=1000,
+            soft_max=12,
+            update=_changed,
+            description="Closed rings of quads on each side of guides that are closed loops, as around an eye",
+        ),
         "keep": bpy.props.EnumProperty(
             name="Keep",
             items=KEEP,

@@ -41,16 +41,18 @@ class Surface:
         """Density and guides of the next runs, where they are others than those of the last."""
         density = arrays.get("density")
         points = [arrays[name] for name in header["guides"]]
-        steering = (header["guide_kind"], header["closed"], None if density is None else density.tobytes(), [p.tobytes() for p in points])
+        steering = (header["guide_kind"], header["guide_rings"], header["closed"], None if density is None else density.tobytes(), [p.tobytes() for p in points])
         if steering == self.steering or (self.steering is None and density is None and not points):
             return
         self.steering = None
         self.remesher.set_density(density)
-        self.remesher.set_guides([quadwright.Guide(p, header["guide_kind"], closed) for p, closed in zip(points, header["closed"])] or None)
+        rings = header["guide_rings"]
+        guides = [quadwright.Guide(p, header["guide_kind"], closed, rings if closed else 0) for p, closed in zip(points, header["closed"])]
+        self.remesher.set_guides(guides or None)
         self.steering = steering
 
     def run(self, header, arrays, progress):
-        """header: {"options", "guides": names of arrays, "closed", "guide_kind", "most_weights"}. ({"report", "transfer", "seconds"}, {array name: array}). Of a region there are
+        """header: {"options", "guides": names of arrays, "closed", "guide_kind", "guide_rings", "most_weights"}. ({"report", "transfer", "seconds"}, {array name: array}). Of a region there are
         also the faces that stayed: "kept", int32 (corners,), "kept sizes", int32 (faces,), and "kept from", int32 (corners,), corners of the surface."""
         begun = time.monotonic()
         self.choose(arrays)

@@ -1073,6 +1073,22 @@ class Steering(Case):
         self.assertEqual(sorted(o.name for o in bpy.data.objects), ["BezierCircle", "Sphere"])
         self.assertEqual(len(bpy.data.curves), 1)
 
+    def test_rings_around_a_guide(self):
+        obj = sphere(1.0, 128, 64)
+        bpy.ops.curve.primitive_bezier_circle_add(radius=0.6, location=(0, 0, 0.8))
+        curve = bpy.context.object
+        bpy.context.view_layer.objects.active = obj
+        curve.select_set(False)
+        obj.select_set(True)
+        self.settings.guides, self.settings.guide_curve, self.settings.target, self.settings.faces = "CURVE", curve, "FACES", 3000
+        self.settings.guide_rings = 4
+        remesh()
+        edge = common.edge_lengths(obj).mean()
+        points = places(obj.data)
+        degree = np.bincount(read(obj.data.edges, "vertices", np.int32, 2).ravel(), minlength=len(points))
+        height = np.arcsin(np.clip(points[:, 2] / np.linalg.norm(points, axis=1), -1, 1)) - np.arcsin(0.8)
+        self.assertTrue((degree[np.abs(height) < 2.5 * edge] == 4).all())  # nothing but rings on both sides
+
     def test_guide_as_direction(self):
         """Quads run along a line that is slanted on a plate, which they would not do by themselves."""
         along = []

@@ -27,6 +27,7 @@ import os
 import re
 import sys
 import tempfile
+import time
 import urllib.parse
 import warnings
 
@@ -69,9 +70,17 @@ _errors = [_make_error(*row) for row in _native.statuses()]
 _native.set_errors(_errors)
 globals().update({error.__name__: error for error in _errors})
 
+
+class TimeLimitError(Cancelled, TimeoutError):  # noqa: F821
+    """The time limit was reached."""
+
+    status = "TIME_LIMIT"
+
+
 # ----------------------------------------------------------------------------------------------------------------------------- options
 
 _OLD = {"faces_wanted": "faces", "vertices_wanted": "vertices"}  # old names, taken with a notice
+_OTHERS_WORDS = dict.fromkeys(("target_faces", "target_face_count", "target_count", "target", "n_faces", "num_faces", "face_count", "count", "quads", "target_quads"), "faces")
 _table = {row[0]: row for row in _native.options()}
 _of_assets = {row[0]: row for row in _native.asset_options()}
 _presets = {row[0]: {"options": dict(setting.split("=") for setting in row[1].split()), "help": row[2]} for row in _native.presets()}
@@ -108,7 +117,7 @@ def _pairs(given):
             warnings.warn(f"{name} is now called {_OLD[name]}", DeprecationWarning, stacklevel=4)
             name = _OLD[name]
         if name not in _table:
-            near = difflib.get_close_matches(name, [*_table, *_of_assets], 1)
+            near = [_OTHERS_WORDS[name]] if name in _OTHERS_WORDS else difflib.get_close_matches(name, [*_table, *_of_assets], 1)
             raise TypeError(f"remesh() has no option {name!r}" + (f"; did you mean {near[0]}?" if near else ""))
         if name in ("faces", "vertices") and np.ndim(value):
             raise TypeError(f"{name}: the number of quads wanted is one number; arrays of the mesh are the first two arguments, without a name")
@@ -180,11 +189,27 @@ def _memory(limit):
     return limit
 
 
-def _answer(progress):
+def _seconds(limit):
+    """When a time limit of so many seconds from now is over."""
+    try:
+        seconds = float(limit)
+    except (TypeError, ValueError):
+        seconds = 0
+    if isinstance(limit, (bool, str)) or not seconds > 0:
+        raise ValueError(f"time_limit: must be a number of seconds above 0, or None, not {limit!r:.60}")
+    return time.monotonic() + seconds
+
+
+def _answer(progress, time_limit):
     """The function for the extension, which cancels at CANCEL. False, which cancelled before there was that, still does, with a notice."""
+    end = None if time_limit is None else _seconds(time_limit)
+    if end is None and not progress:
+        return None
 
     def tell(stage, fraction):
-        answer = progress(stage, fraction)
+        if end is not None and time.monotonic() > end and fraction < 1:
+            raise TimeLimitError(f"time_limit: {time_limit} s are over, in {stage}")
+        answer = progress(stage, fraction) if progress else None
         if answer is False:
             warnings.warn("progress: return quadwright.CANCEL to cancel; False does so for now", DeprecationWarning, stacklevel=2)
         return answer is not False and not (isinstance(answer, str) and answer == CANCEL)
@@ -200,8 +225,8 @@ def _with_options(function):
     for name, row in rows.items():
         parameters.append(inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=_default(row)))
     function.__signature__ = inspect.Signature(parameters)
-    lines = [f"        {name} ({row[5]}; {_default(row)}): {row[7]}" for name, row in rows.items()]
-    function.__doc__ = f"{function.__doc__.rstrip()}\n\n    Options (unit; default):\n" + "\n".join(lines) + "\n"
+    lines = [f"        {name} ({row[6].replace('|', ', ') if row[6] else row[5] or 'True or False'}; {_default(row)}): {row[7]}" for name, row in rows.items()]
+    function.__doc__ = f"{function.__doc__.rstrip()}\n\n    Options (unit, or values; default):\n" + "\n".join(lines) + "\n"
     return function
 
 
@@ -263,7 +288,7 @@ class _Meshlike:
     """What meshes and results have in common."""
 
     def save(self, path, format="auto"):
-        """Writes OBJ, PLY, OFF, GLB or glTF, by the ending of the name, with the attributes; the file is whole or untouched."""
+        """Writes OBJ, PLY, OFF, GLB, glTF, or for simulation MSH, VTU, INP or BDF, by the ending of the name, with the attributes; the file is whole or untouched."""
         save(path, self, format=format)
 
     def to_trimesh(self):
@@ -523,7 +548,7 @@ class Remesher:
         """Another cross field for the next runs, as of remesh(); None: none."""
         _told("field", self._context.set_field, *_attributes.field(field, self._counts))
 
-    def remesh(self, *, preset=None, progress=None, normals="input", provenance=False, field_per=None, most_weights=0, unwrap=False, bake=None, **options):
+    def remesh(self, *, preset=None, progress=None, time_limit=None, normals="input", provenance=False, field_per=None, most_weights=0, unwrap=False, bake=None, **options):
         """Remeshes the surface with these options: a Result of its own. One with maps is saved before the next run."""
         maps, of_asset = _maps(bake), _of_asset(options)
         asset = (of_asset, maps, tuple(self._mesh), self._scene) if unwrap or maps >= 0 else None
@@ -542,7 +567,7 @@ class Remesher:
         try:
             log = _log if _logger.isEnabledFor(logging.WARNING) else None
             per = -1 if field_per is None else _attributes.DOMAINS.index(field_per)
-            told = self._context.run(pairs, bar or (_answer(progress) if progress else None), log, bool(provenance), int(most_weights), per, _SHADINGS[normals], asset)
+            told = self._context.run(pairs, _answer(bar or progress, time_limit), log, bool(provenance), int(most_weights), per, _SHADINGS[normals], asset)
         except OptionError as error:  # noqa: F821
             raise OptionError(_own_words(str(error))) from None  # noqa: F821
         except ArgumentError as error:  # noqa: F821
@@ -554,6 +579,12 @@ class Remesher:
                 bar.close()
         return Result(told, normals, self._library, self._scene, self._context)
 
+    def save_patches(self, path, patches_from="quads"):
+        """Writes the limit surface of the last run's quads as STEP: a bicubic patch a quad, or, from "blocks", a B-spline surface for each grid of quads
+        between the lines that leave irregular vertices and sharp edges. Best with fit_to="limit"; closed surfaces are solids."""
+        if patches_from not in ("quads", "blocks"):
+            raise ValueError(f"patches_from: must be quads or blocks, not {patches_from!r:.40}")
+        self._context.save_patches(path, patches_from == "blocks")
 
     def levels(self, faces, **options):
         """Levels of detail: a Result for each number of quads, in their order. What depends on the surface alone is made once; options as of remesh()."""
@@ -562,7 +593,7 @@ class Remesher:
 
 @_with_options
 def remesh(points, triangles=None, /, *, face_sizes=None, marked_edges=None, attributes=None, keep=None, density=None, guides=None, field=None,
-           region=None, preset=None, progress=None, normals="input", provenance=False, field_per=None, most_weights=0, unwrap=False, bake=None,
+           region=None, preset=None, progress=None, time_limit=None, normals="input", provenance=False, field_per=None, most_weights=0, unwrap=False, bake=None,
            memory_limit=0, **options):
     """Makes quads of a surface: a Result.
 
@@ -587,7 +618,7 @@ def remesh(points, triangles=None, /, *, face_sizes=None, marked_edges=None, att
     "input" (normals, and what its materials, textures and colours have), "all", or any of "color", "normal", "orm", "emission", "occlusion" and
     "height", in a list or with commas between them. They are the result's `maps`.
     progress: called with (stage, fraction), at most every 20 ms, on this thread; CANCEL cancels the run (Cancelled), and what it raises comes out of
-    remesh(). True shows a bar. memory_limit: bytes, or a text such as "4G"; 0: none.
+    remesh(). True shows a bar. time_limit: seconds, after which it is given up (TimeLimitError, which is a Cancelled and a TimeoutError); None: none. memory_limit: bytes, or a text such as "4G"; 0: none.
     preset: "scan", "character", "cad", "game", "print" or "soup", options that suit a kind of surface (presets()); those that are given win.
 
     symmetry may also be (x, y, z, offset), the plane of the points p with x p0 + y p1 + z p2 = offset. At most one of faces, vertices,
@@ -597,9 +628,11 @@ def remesh(points, triangles=None, /, *, face_sizes=None, marked_edges=None, att
     of the library for what it refuses: OptionError, ArgumentError (a guide that is off the surface, a field of another mesh), NoFacesError,
     OnlyDegenerateError, TooLargeError, OutOfMemoryError (also a MemoryError), UnsupportedError (flow="ilp").
     """
+    if isinstance(triangles, (int, float, np.number)):
+        raise TypeError(f"faces: the number of quads wanted is given by name, faces={triangles:g}")
     remesher = Remesher(points, triangles, face_sizes=face_sizes, marked_edges=marked_edges, attributes=attributes, keep=keep, density=density,
                         guides=guides, field=field, region=region, memory_limit=memory_limit)
-    return remesher.remesh(preset=preset, progress=progress, normals=normals, provenance=provenance, field_per=field_per, most_weights=most_weights, unwrap=unwrap,
+    return remesher.remesh(preset=preset, progress=progress, time_limit=time_limit, normals=normals, provenance=provenance, field_per=field_per, most_weights=most_weights, unwrap=unwrap,
                            bake=bake, **options)
 
 
@@ -652,7 +685,7 @@ def _may_be_gltf(path):
     return head.startswith((b"glTF", b"{"))
 
 
-_FORMATS = {"auto": 0, "obj": 1, "ply": 2, "off": 3, "glb": 5, "gltf": 6}  # qw_format
+_FORMATS = {"auto": 0, "obj": 1, "ply": 2, "off": 3, "glb": 5, "gltf": 6, "msh": 7, "vtu": 8, "inp": 9, "bdf": 10}  # qw_format
 
 
 def _format_of(path, format):
@@ -668,7 +701,8 @@ def _format_of(path, format):
 
 
 def save(path, vertices, faces=None, /, *, face_sizes=None, attributes=None, format="auto"):
-    """Writes OBJ, PLY (binary, doubles), OFF, GLB or glTF; the file is whole or untouched. format: "obj", "ply", "off", "glb", "gltf", or "auto": by the name.
+    """Writes OBJ, PLY (binary, doubles), OFF, GLB or glTF, or for simulation MSH (Gmsh), VTU (VTK), INP (Abaqus) or BDF (Nastran); the file is whole or
+    untouched. format: "obj", "ply", "off", "glb", "gltf", "msh", "vtu", "inp", "bdf", or "auto": by the name.
 
     attributes: as of remesh(); None: those of the mesh, {}: none. Written as far as the format holds them: OBJ "uv", "normal", "color" and the labels
     "object", "group", "material", "smoothing"; PLY all but weights and normals by corners; OFF "color"; GLB and glTF as docs/attributes.md tells, with the scene of the file that the surface is from. Faces
@@ -729,10 +763,10 @@ def _stamp(path):
     return [told.st_size, told.st_mtime_ns]
 
 
-def _stamps_beside(source):
-    """{name: stamp} of the buffers and images that a glTF file names in its folder."""
+def _names_beside(source):
+    """Buffers and images that a glTF file names, by paths from its folder."""
     if not _may_be_gltf(source):
-        return {}
+        return []
     with open(source, "rb") as file:
         data = file.read()
     if data.startswith(b"glTF"):
@@ -741,37 +775,44 @@ def _stamps_beside(source):
         told = json.loads(data.decode("utf-8", "surrogateescape"))
         names = [item.get("uri") for kind in ("buffers", "images") for item in told.get(kind, [])]
     except (ValueError, AttributeError, TypeError):
-        return {}  # load() says what is wrong with it
+        return []  # load() says what is wrong with it
     names = [urllib.parse.unquote(name, errors="surrogateescape") for name in names if isinstance(name, str) and not name.startswith("data:")]
+    return [name for name in names if "\0" not in name]
+
+
+def _statements(path, words, most):
+    """What follows one of the words in lines of a file."""
+    try:
+        with open(path, "rb") as file:
+            lines = file.read(most).splitlines()
+    except OSError:
+        return []
+    pairs = [line.strip().split(None, 1) for line in lines]
+    return [os.fsdecode(p[1]).replace("\\", "/") for p in pairs if len(p) == 2 and p[0].lower().startswith(words) and b"\0" not in p[1]]
+
+
+def _names_of_materials(source, libraries):
+    """MTL files of an OBJ, and textures that these name, by paths from its folder; of a statement with options all that may be the name."""
+    names = list(libraries)
+    for library in libraries:
+        for rest in _statements(os.path.join(os.path.dirname(source), library), (b"map_", b"norm", b"bump", b"disp"), 1 << 24):
+            names += [rest[at.start() :] for at in re.finditer(r"\S+", rest)]
+    return names
+
+
+def _stamps_of(source, has_maps):
+    """{name: stamp} of the files that a model names beside itself; with maps also of its materials, which these are baked from."""
+    names = _names_beside(source)
+    if has_maps and source.lower().endswith(".obj"):
+        names += _names_of_materials(source, _statements(source, (b"mtllib",), 1 << 16))
     folder = os.path.dirname(os.path.abspath(source))
-    return {ascii(name): _stamp(os.path.join(folder, name)) for name in names if "\0" not in name}
+    return {ascii(name): _stamp(os.path.join(folder, name)) for name in names}
 
 
-def _stamps_of_materials(source):
-    """{name: stamp} of the MTL files that an OBJ names at its head, and of the textures that these name: maps are baked from them."""
-    folder, stamps = os.path.dirname(os.path.abspath(source)), {}
-
-    def names_in(path, words, most):
-        try:
-            with open(path, "rb") as file:
-                lines = file.read(most).splitlines()
-        except OSError:
-            return []
-        pairs = [line.strip().split(None, 1) for line in lines]
-        return [os.fsdecode(p[1]) for p in pairs if len(p) == 2 and p[0].lower().startswith(words) and b"\0" not in p[1]]
-
-    for library in names_in(source, (b"mtllib",), 1 << 16) if source.lower().endswith(".obj") else []:
-        stamps[ascii(library)] = _stamp(os.path.join(folder, library))
-        for line in names_in(os.path.join(folder, library), (b"map_", b"norm", b"bump", b"disp"), 1 << 24):
-            name = line.split()[-1]  # behind options of the statement
-            stamps[ascii(name)] = _stamp(os.path.join(folder, os.path.dirname(library), name))
-    return stamps
-
-
-def _result_of_file(source, target, options):
+def _result_of_file(source, target, options, read=load):
     """Remeshes a file into another: its record, which lies beside the target and is not made again."""
     record = target + ".record.json"
-    key = [__version__, sorted((k, repr(v)) for k, v in options.items() if k != "threads"), _stamp(source), {**_stamps_beside(source), **(_stamps_of_materials(source) if options.get("bake") else {})}]
+    key = [__version__, sorted((k, repr(v)) for k, v in options.items() if k not in ("threads", "progress")), _stamp(source), _stamps_of(source, options.get("bake"))]
     key = json.loads(json.dumps(key))
     try:
         with open(record) as file:
@@ -780,7 +821,7 @@ def _result_of_file(source, target, options):
             return known
     except (OSError, ValueError, KeyError):
         pass
-    result = remesh(load(source), **options)
+    result = remesh(read(source), **options)
     result.save(target)
     told = {"input": source, "output": target, "status": "OK", "message": "", "key": key, "output_bytes": os.path.getsize(target),
             "process": os.getpid(), "report": result.report}
@@ -793,3 +834,8 @@ def _result_of_file(source, target, options):
 
 __all__ = ["Attribute", "CANCEL", "Error", "Guide", "Mesh", "Provenance", "Remesher", "Result", "asset", "load", "load_memory", "measure", "options", "presets", "remesh", "render", "save", "save_levels"]
 __all__ += [error.__name__ for error in _errors if error is not Error]
+__all__ += ["TimeLimitError"]
+
+
+def __dir__():
+    return [*__all__, *(name for name in globals() if name.startswith("__"))]

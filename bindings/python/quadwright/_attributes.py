@@ -1,4 +1,5 @@
 """Attributes, guides, crosses and densities: what goes with a surface, as the library wants it. Checks name the argument."""
+import numbers
 import os
 
 import numpy as np
@@ -206,17 +207,23 @@ class Guide:
     """A polyline on the surface, or nearer to it than half an edge of the quads.
 
     points: (k, 3). kind: "loop", edges of the result lie on it; "direction", quads run along it. closed: the last point is joined to the first.
+    rings: of a closed loop, closed rings of quads wanted on each side of it.
     """
 
-    __slots__ = ("points", "kind", "closed")
+    __slots__ = ("points", "kind", "closed", "rings")
 
-    def __init__(self, points, kind="loop", closed=False):
+    def __init__(self, points, kind="loop", closed=False, rings=0):
         if not (isinstance(kind, str) and kind in ("loop", "direction")):
             raise ValueError(f"kind: must be loop or direction, not {kind!r:.40}")
-        self.points, self.kind, self.closed = points, kind, bool(closed)
+        if isinstance(rings, bool) or not isinstance(rings, numbers.Integral) or not 0 <= rings <= 1000:
+            raise ValueError(f"rings: must be a number from 0 to 1000, not {rings!r:.40}")
+        if rings and not (closed and kind == "loop"):
+            raise ValueError("rings: belong to closed loops")
+        self.points, self.kind, self.closed, self.rings = points, kind, bool(closed), int(rings)
 
     def __repr__(self):
-        return f"<quadwright.Guide: {'closed ' if self.closed else ''}{self.kind} of {len(self.points)} points>"
+        rings = f", {self.rings} rings on each side" if self.rings else ""
+        return f"<quadwright.Guide: {'closed ' if self.closed else ''}{self.kind} of {len(self.points)} points{rings}>"
 
 
 def is_path(value):
@@ -237,7 +244,7 @@ def guides(value):
         points = _input.positions(guide.points, f"guides[{i}]")
         if len(points) < (3 if guide.closed else 2):
             raise ValueError(f"guides[{i}]: {len(points)} points; {3 if guide.closed else 2} or more are needed")
-        taken.append((points, 1 if guide.kind == "loop" else 0, guide.closed))
+        taken.append((points, 1 if guide.kind == "loop" else 0, guide.closed, guide.rings))
     return taken
 
 

@@ -180,13 +180,15 @@ static PyObject *set_guide_list(context *c, PyObject *list, qw_guide *guides, Py
     for (uint32_t i = 0; i < count; i++) {
         PyObject *points;
         int kind, closed;
-        if (!PyArg_ParseTuple(PyList_GetItem(list, i), "Oip", &points, &kind, &closed)) return NULL;
+        unsigned rings;
+        if (!PyArg_ParseTuple(PyList_GetItem(list, i), "OipI", &points, &kind, &closed, &rings)) return NULL;
         if (!native_take_buffer(points, &buffers[i], "d", 8, "guides")) return NULL;
         guides[i] = (qw_guide){.size = sizeof *guides,
                                .kind = (qw_guide_kind)kind,
                                .closed = closed,
                                .point_count = (uint32_t)(buffers[i].len / 24),
-                               .points = buffers[i].buf};
+                               .points = buffers[i].buf,
+                               .rings = rings};
     }
     return begin(c, Py_None, Py_None) ? settle(c, qw_set_guides(c->context, count ? guides : NULL, count)) : NULL;
 }
@@ -422,15 +424,36 @@ static PyObject *context_save_asset(PyObject *self, PyObject *arguments)
     return result;
 }
 
-static PyMethodDef context_methods[] = {{"set_mesh", context_set_mesh, METH_O, "Copies a mesh into the context."},
-                                        {"set_attributes", context_set_attributes, METH_O, "What is carried over."},
-                                        {"set_density", context_set_density, METH_O, "One a vertex, or None."},
-                                        {"set_field", context_set_field, METH_VARARGS, "Crosses, or a file's."},
-                                        {"set_region", context_set_region, METH_O, "1 inside, 0 outside; or None."},
-                                        {"set_guides", context_set_guides, METH_O, "Polylines, or a file's."},
-                                        {"run", context_run, METH_VARARGS, "Remeshes with these options."},
-                                        {"save_asset", context_save_asset, METH_VARARGS, "A result with its maps."},
-                                        {NULL, NULL, 0, NULL}};
+/* The limit surface of the last run's result, a patch a quad or a grid of them. */
+static PyObject *context_save_patches(PyObject *self, PyObject *arguments)
+{
+    context *c = (context *)self;
+    PyObject *path, *result = NULL;
+    int of_blocks;
+    if (!PyArg_ParseTuple(arguments, "O&p", PyUnicode_FSConverter, &path, &of_blocks)) return NULL;
+    if (begin(c, Py_None, Py_None)) {
+        const char *name = PyBytes_AsString(path);
+        c->hooks.released = PyEval_SaveThread();
+        qw_status status = qw_save_patches_from(c->context, name,
+                                                of_blocks ? QW_PATCHES_OF_BLOCKS : QW_PATCHES_OF_QUADS);
+        native_take_gil(&c->hooks);
+        result = settle(c, status);
+    }
+    Py_DECREF(path);
+    return result;
+}
+
+static PyMethodDef context_methods[] = {
+    {"set_mesh", context_set_mesh, METH_O, "Copies a mesh into the context."},
+    {"set_attributes", context_set_attributes, METH_O, "What is carried over."},
+    {"set_density", context_set_density, METH_O, "One a vertex, or None."},
+    {"set_field", context_set_field, METH_VARARGS, "Crosses, or a file's."},
+    {"set_region", context_set_region, METH_O, "1 inside, 0 outside; or None."},
+    {"set_guides", context_set_guides, METH_O, "Polylines, or a file's."},
+    {"run", context_run, METH_VARARGS, "Remeshes with these options."},
+    {"save_asset", context_save_asset, METH_VARARGS, "A result with its maps."},
+    {"save_patches", context_save_patches, METH_VARARGS, "Its limit surface, as STEP."},
+    {NULL, NULL, 0, NULL}};
 static PyType_Slot context_slots[] = {{Py_tp_init, context_init},
                                       {Py_tp_dealloc, context_free},
                                       {Py_tp_methods, context_methods},

@@ -92,8 +92,19 @@ def _faces(value, name, below, sizes):
         return 0, np.ascontiguousarray(sizes, dtype=np.int32), corners
     corners = _indices(value, name, below)
     if corners.ndim != 2 or corners.shape[1] not in (3, 4):
-        raise ValueError(f"{name}: the shape must be (n, 3) or (n, 4), or (corners,) with face_sizes, not {corners.shape}")
+        hint = _padding(corners)
+        raise ValueError(f"{name}: the shape must be (n, 3) or (n, 4), or (corners,) with face_sizes, not {corners.shape}{hint}")
+    if corners.shape[1] == 4 and len(corners) and (corners[:, 0] == 3).all() and (corners[:, 1:] == 3).any():
+        raise ValueError(f"{name}: every row begins with 3, the size of a face{_padding(corners)}")
     return corners.shape[1], None, corners
+
+
+def _padding(corners):
+    """What to give of faces that have their sizes before their corners, as those of PyVista and VTK do; or nothing."""
+    size = int(corners.flat[0]) if corners.size else 0
+    if size not in (3, 4) or corners.size % (size + 1) or (corners.reshape(-1, size + 1)[:, 0] != size).any():
+        return ""
+    return f"; sizes stand before the corners, as PyVista has them: give faces.reshape(-1, {size + 1})[:, 1:], or the mesh itself"
 
 
 def arrays(vertices, faces, face_sizes=None, marked_edges=None, names=("vertices", "faces")):
@@ -285,7 +296,8 @@ def option_text(name, kind, value):
             return value
     elif not isinstance(value, (bool, np.bool_, str, bytes)):
         try:
-            return str(operator.index(value)) if kind == "count" else repr(float(value))
+            whole = int(value) if isinstance(value, float) and value.is_integer() else value
+            return str(operator.index(whole)) if kind == "count" else repr(float(value))
         except (TypeError, ValueError):
             pass
     wanted = {"flag": "True or False", "choice": "a str", "count": "a whole number", "real": "a number"}[kind]

@@ -105,6 +105,52 @@ def test_options(surface, options, error, says):
         quadwright.remesh(*surface, **options)
 
 
+@pytest.mark.parametrize("name", ["target_faces", "n_faces", "quads"])
+def test_words_of_others_get_a_hint(surface, name):
+    with pytest.raises(TypeError, match=f"no option '{name}'; did you mean faces"):
+        quadwright.remesh(*surface, **{name: 100})
+    for count in (500, 5e2, np.int64(500)):
+        with pytest.raises(TypeError, match="^faces: the number of quads wanted is given by name, faces=500"):
+            quadwright.remesh(surface, count)
+
+
+def test_whole_numbers_may_be_floats(surface):
+    assert np.array_equal(quadwright.remesh(*surface, faces=2e2).vertices, quadwright.remesh(*surface, faces=200).vertices)
+
+
+def test_faces_with_their_sizes_before_them(surface):
+    points, faces = surface
+    padded = np.column_stack([np.full(len(faces), 3), faces])
+    quads = np.column_stack([np.full(len(faces), 4), faces, faces[:, :1]])
+    for wrong, row in ((padded, 4), (padded.reshape(-1), 4), (quads, 5), (quads.reshape(-1), 5)):
+        with pytest.raises(ValueError, match=rf"^faces: .*as PyVista has them: give faces.reshape\(-1, {row}\)\[:, 1:\]"):
+            quadwright.remesh(points, wrong)
+    fan = np.array([[3, 0, 1, 2], [3, 2, 4, 5], [3, 5, 6, 0]])  # about vertex 3, which a cube has
+    corners = np.array([[1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 0], [0, 1, 1], [0, 0, 1], [1, 0, 1]], float)
+    assert quadwright.measure(corners, fan)["quads"] == 3
+
+
+def test_time_limit(surface, large):
+    began = time.monotonic()
+    with pytest.raises(quadwright.TimeLimitError, match="^time_limit: 0.3 s are over") as info:
+        quadwright.remesh(*large, faces=20000, time_limit=0.3, threads=1)
+    assert isinstance(info.value, (quadwright.Cancelled, TimeoutError)) and info.value.status == "TIME_LIMIT"
+    assert time.monotonic() - began < 30
+    quadwright.remesh(*surface, faces=100, time_limit=1000)
+    for wrong in (0, -1, "60", True, float("nan")):
+        with pytest.raises(ValueError, match="^time_limit: must be"):
+            quadwright.remesh(*surface, faces=100, time_limit=wrong)
+
+
+def test_names_are_those_that_are_meant(surface):
+    import pydoc
+
+    assert [name for name in dir(quadwright) if not name.startswith("__")] == sorted(quadwright.__all__)
+    text = pydoc.render_doc(quadwright.remesh)
+    for row in quadwright.options().values():
+        assert row["choices"] is None or ", ".join(row["choices"]) in text
+
+
 def test_memory_limit(surface):
     with pytest.raises(quadwright.OutOfMemoryError) as info:
         quadwright.remesh(*surface, memory_limit=100000)

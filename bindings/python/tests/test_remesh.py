@@ -285,3 +285,26 @@ def test_creases_are_those_of_what_was_split():
         edges = {tuple(pair) for pair in ends.tolist()}
         creases = np.sort(result.creases[result.creases[:, 0] != result.creases[:, 1]], 1)
         assert len(creases) >= 12 and all(tuple(pair) in edges for pair in creases.tolist())
+
+
+def test_files_for_simulation_and_cad(surface, tmp_path):
+    result = quadwright.remesh(*surface, faces=200)
+    for name, head in (("msh", "$MeshFormat"), ("vtu", "<?xml"), ("inp", "*HEADING"), ("bdf", "")):
+        result.save(tmp_path / f"a.{name}")
+        quadwright.save(tmp_path / f"b.{name}", result)
+        text = (tmp_path / f"a.{name}").read_bytes()
+        assert text == (tmp_path / f"b.{name}").read_bytes() and head.lower().encode() in text[:200].lower() and len(text) > 1000
+    corners = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
+    sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+    remesher = quadwright.Remesher(corners, sides)
+    with pytest.raises(quadwright.Error):
+        remesher.save_patches(tmp_path / "early.step")
+    quads = remesher.remesh(faces=200, fit_to="limit").quads
+    remesher.save_patches(tmp_path / "quads.step")
+    remesher.save_patches(tmp_path / "blocks.step", "blocks")
+    patches = [(tmp_path / f"{name}.step").read_text().count("B_SPLINE_SURFACE_WITH_KNOTS") for name in ("quads", "blocks")]
+    assert patches == [len(quads), 6]
+    with pytest.raises(ValueError, match="^patches_from: must be quads or blocks"):
+        remesher.save_patches(tmp_path / "a.step", "rows")
+    with pytest.raises(ValueError, match="^path: the ending of .*fbx"):
+        result.save(tmp_path / "a.fbx")

@@ -65,6 +65,14 @@ def test_guides(tool, tmp_path, surface):
     subprocess.run([tool, source, "-o", tmp_path / "theirs.obj", "--faces", "600", "-q", "--guides", path], check=True)
     assert (tmp_path / "ours.obj").read_bytes() == (tmp_path / "theirs.obj").read_bytes()
     assert np.array_equal(from_file.quads, result.quads)
+    rings = Guide(loop, closed=True, rings=2)
+    nested = quadwright.remesh(points, faces, guides=[rings], faces=600)
+    path.write_text("g rings 2\n" + path.read_text())
+    assert np.array_equal(nested.quads, quadwright.remesh(points, faces, guides=path, faces=600).quads)
+    assert not np.array_equal(nested.quads, result.quads) and "2 rings" in repr(rings)
+    for wrong in ({"rings": 2}, {"rings": -1, "closed": True}, {"rings": 2, "closed": True, "kind": "direction"}, {"rings": True, "closed": True}):
+        with pytest.raises(ValueError, match="^rings: "):
+            Guide(loop, **wrong)
 
 
 @pytest.mark.parametrize("guides, error, says", [

@@ -374,7 +374,7 @@ export class Session {
       m.put(values, kind === 'labels' ? Int32Array : Float32Array), groups ? m.put(groups, Uint32Array) : 0);
   }
 
-  /* density: a number for each vertex; guides: [{points, kind, closed}]; region: 1 or 0 for each face. What is null or missing is taken
+  /* density: a number for each vertex; guides: [{points, kind, closed, rings}]; region: 1 or 0 for each face. What is null or missing is taken
    * away. */
   steer({ density = null, guides = null, region = null } = {}) {
     const m = this.module;
@@ -385,10 +385,12 @@ export class Session {
       const kind = GUIDES.indexOf(guide.kind ?? 'loop');
       if (kind < 0) throw argument(`guides: guide ${i} is of the kind ${guide.kind}; it must be loop or direction`);
       multiple(`guides: points of guide ${i}`, numbers(`guides: points of guide ${i}`, guide.points, Float64Array), 3);
-      heads.push(kind, guide.closed ? 1 : 0, guide.points.length / 3);
+      const rings = guide.rings ?? 0;
+      if (!Number.isInteger(rings) || rings < 0 || rings > 1000) throw argument(`guides: guide ${i} is to have ${rings} rings; it must be a number from 0 to 1000`);
+      heads.push(kind, guide.closed ? 1 : 0, guide.points.length / 3, rings);
       for (const x of guide.points) points.push(x);
     }
-    this.call('web_set_guides', m.put(heads, Uint32Array), heads.length / 3, m.put(points, Float64Array));
+    this.call('web_set_guides', m.put(heads, Uint32Array), heads.length / 4, m.put(points, Float64Array));
     if (region) numbers('region', region, Uint8Array);
     this.call('web_set_region', region ? m.put(Uint8Array.from(region, (x) => Math.min(x, 2)), Uint8Array) : 0, region?.length ?? 0);
   }

@@ -3,6 +3,7 @@
 
 const LEAST = 1 / 8, MOST = 8; // densities
 const SPACING = 1 / 90; // of the points of a guide
+const MOST_RINGS = 1000;
 const CLOSES = 0.03; // ends of a guide that are nearer than this are joined
 const FEWEST_OF_LOOP = 8; // points
 const SHORT = (x) => Number(x.toPrecision(4));
@@ -16,7 +17,7 @@ export class Steering {
     this.positions = positions;
     this.density = new Float32Array(positions.length / 3).fill(1);
     this.isPainted = false;
-    this.guides = []; // {kind, closed, points: [[x, y, z], ...]}
+    this.guides = []; // {kind, closed, rings, points: [[x, y, z], ...]}
     this.draft = null; // the guide that is being drawn
     this.version = 0; // of what a run is given
   }
@@ -59,8 +60,8 @@ export class Steering {
 
   /* ---- guides */
 
-  begin(kind) {
-    this.draft = { kind, closed: false, points: [] };
+  begin(kind, rings = 0) {
+    this.draft = { kind, closed: false, rings, points: [] };
   }
 
   /* Adds a point of the surface, unless it is next to the last one. */
@@ -81,6 +82,7 @@ export class Steering {
       draft.closed = true;
       if (between(points[0], points.at(-1)) < SPACING) points.pop();
     }
+    if (!draft.closed) draft.rings = 0;
     draft.points = smooth(points, draft.closed).map((p) => p.map(SHORT)); // as a link holds them
     this.guides.push(draft);
     this.version++;
@@ -102,7 +104,7 @@ export class Steering {
   arguments(place) {
     return {
       density: this.isPainted ? this.density : null,
-      guides: this.guides.length ? this.guides.map(({ kind, closed, points }) => ({ kind, closed, points: points.flatMap((p) => place(p).map(printed)) })) : null,
+      guides: this.guides.length ? this.guides.map(({ kind, closed, rings, points }) => ({ kind, closed, rings, points: points.flatMap((p) => place(p).map(printed)) })) : null,
     };
   }
 }
@@ -120,9 +122,9 @@ export const densityText = (density) => `${Array.from(density, (x) => String(x))
 
 export function guidesText(guides) {
   let text = '', count = 0;
-  for (const { kind, closed, points } of guides) {
+  for (const { kind, closed, rings, points } of guides) {
     const n = points.length / 3;
-    text += `g ${kind}\n`;
+    text += `g ${rings ? `rings ${rings}` : kind}\n`;
     for (let i = 0; i < n; i++) text += `v ${points[3 * i]} ${points[3 * i + 1]} ${points[3 * i + 2]}\n`;
     const numbers = Array.from({ length: n }, (_, i) => count + i + 1);
     text += `l ${[...numbers, ...(closed ? [count + 1] : [])].join(' ')}\n`;
@@ -131,14 +133,15 @@ export function guidesText(guides) {
   return text;
 }
 
-/* Guides in a link: loop or direction, closed or open, and the points. */
-export const guideOfLink = ({ kind, closed, points }) => [kind, closed ? 'closed' : 'open', ...points.flat()].join(',');
+/* Guides in a link: loop, direction, or rings with their number, closed or open, and the points. */
+export const guideOfLink = ({ kind, closed, rings, points }) => [rings ? `rings${rings}` : kind, closed ? 'closed' : 'open', ...points.flat()].join(',');
 
 /* A guide out of a link, or null where it is none. */
 export function linkedGuide(text) {
-  const [kind, ends, ...numbers] = text.split(','), values = numbers.map(Number);
+  const [name, ends, ...numbers] = text.split(','), values = numbers.map(Number);
+  const rings = ends === 'closed' ? Math.min(Number(/^rings(\d+)$/.exec(name)?.[1] ?? 0), MOST_RINGS) : 0, kind = rings ? 'loop' : name;
   const known = ['loop', 'direction'].includes(kind) && ['closed', 'open'].includes(ends);
   if (!known || values.length < 6 || values.length % 3 || !values.every((x) => Math.abs(x) <= 1)) return null;
   const points = Array.from({ length: values.length / 3 }, (_, i) => values.slice(3 * i, 3 * i + 3));
-  return { kind, closed: ends === 'closed', points };
+  return { kind, closed: ends === 'closed', rings, points };
 }

@@ -93,7 +93,7 @@ export class Tools {
     const { steering } = this;
     const last = steering.draft?.points.at(-1), between = last && this.view.trace(last, hit.point, SPACING);
     if (last && !between) steering.end(); // over a hole, or to what lies behind: another guide begins
-    if (!steering.draft) steering.begin($('kind').value);
+    if (!steering.draft) steering.begin($('kind').value === 'rings' ? 'loop' : $('kind').value, $('kind').value === 'rings' ? Number($('rings').value) : 0);
     for (const point of between ?? []) steering.add(point);
     steering.add(hit.point);
     this.view.showGuides(steering.guides, steering.draft);

@@ -35,10 +35,24 @@ static qw_lattice lattice_of(const qw_offset_input *in, uint32_t v)
     return (qw_lattice){in->mesh->position[v], in->normal[v], in->orientation[v], p, in->size[v]};
 }
 
-/* Quarter turns from v's frame to u's, along their edge. */
+/* The axis of the cross at v that runs along the rings of its nest. */
+static unsigned axis_along(const qw_offset_input *in, uint32_t v)
+{
+    unsigned best = 0;
+    for (unsigned k = 1; k < 4; k++)
+        if (qw_dot(qw_axis(in->orientation[v], in->normal[v], k), in->nested[v]) >
+            qw_dot(qw_axis(in->orientation[v], in->normal[v], best), in->nested[v]))
+            best = k;
+    return best;
+}
+
+/* Quarter turns from v's frame to u's, along their edge. In a nest the rings are one axis: where they turn sharply from
+   one vertex to the next, as at the corner of an eye, the nearest axes may be others. */
 static unsigned turns_to(const qw_offset_input *in, uint32_t v, uint32_t u)
 {
     assert(v < in->mesh->vertex_count && u < in->mesh->vertex_count);
+    if (in->nested && qw_length2(in->nested[u]) > 0 && qw_length2(in->nested[v]) > 0)
+        return (axis_along(in, u) + 4 - axis_along(in, v)) & 3u;
     /* always matched in the same order, so that the turns there and back are exact inverses */
     if (u < v)
         return qw_match_turns(qw_match_crosses(in->orientation[u], in->normal[u], in->orientation[v], in->normal[v]));

@@ -11,6 +11,8 @@ typedef struct qw_offset_input {
     const float *size;
     const uint8_t *constraint;
     const qw_vec3 *direction;
+    const qw_vec3
+        *nested; /* qw_vec3[vertex_count], along the rings of a nest, all the same way around; 0 outside; or NULL */
     bool with_boundary;    /* boundary edges are constrained to lattice lines */
     bool cones_at_corners; /* cones may lie at corners of curves where their sectors need them; otherwise there only if
                               there is no other place */

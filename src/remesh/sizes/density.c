@@ -1,6 +1,7 @@
 #include "remesh/sizes/density.h"
 
 #include "base/mechanisms.h"
+#include "remesh/sizes/bends.h"
 #include "remesh/sizes/scale.h"
 #include "base/elementary.h"
 #include "geometry/bvh.h"
@@ -24,107 +25,6 @@ static const double LEAST = 0.2, MOST = 2.5;
 static const double NEAR = 1, FAR = 0.15;
 /* In 1 / mean edges: keeps logarithms of curvatures from nothing; that of a plane. */
 static const double FLAT = 0.02;
-
-/* What a cell sums up of its surface. */
-typedef struct cell_sums {
-    float area;
-    float normal[3]; /* times the area */
-    float tensor[6]; /* angle times length along each edge: xx, yy, zz, xy, yz, zx */
-} cell_sums;
-enum { SUMS = sizeof(cell_sums) / sizeof(float) };
-
-static void add_face(const qw_trimesh *m, const uint32_t *cell, uint32_t f, cell_sums *sums)
-{
-    assert(f < m->face_count);
-    qw_vec3 cross = qw_face_cross(m, f);
-    float third = qw_length(cross) / 6;
-    for (uint32_t i = 0; i < 3; i++) {
-        cell_sums *s = &sums[cell[m->corner[3 * (size_t)f + i]]];
-        s->area += third;
-        s->normal[0] += cross.x / 6, s->normal[1] += cross.y / 6, s->normal[2] += cross.z / 6;
-    }
-}
-
-/* Half of each edge's bend, as tensors: found on all threads, so many half-edges at a time, and added in their order.
- */
-typedef struct edge_bends {
-    const qw_trimesh *mesh;
-    const qw_vec3 *facing; /* qw_vec3[faces]: unit normals */
-    uint32_t first;        /* half-edge of the tensor that comes first */
-    float (*tensor)[6];
-    bool *is_bent; /* whether there is one: of the half-edge of an edge that has the lower number */
-} edge_bends;
-enum { AT_ONCE = 1 << 14 };
-
-/* How each edge bends the surface: half its turn times its length, as a tensor along it. */
-static void find_bends(void *user, uint32_t block, uint32_t begin, uint32_t end)
-{
-    edge_bends *e = user;
-    const qw_trimesh *m = e->mesh;
-    (void)block;
-    for (uint32_t i = begin; i < end; i++) {
-        uint32_t h = e->first + i, twin = m->twin[h];
-        e->is_bent[i] = false;
-        if (twin == QW_NONE || h > twin || qw_is_curve_edge(m, h, false)) continue;
-        qw_vec3 along = qw_edge_way(m, h);
-        qw_vec3 n = e->facing[h / 3], o = e->facing[twin / 3];
-        float length = qw_length(along);
-        if (!(length > 0) || qw_length2(n) == 0 || qw_length2(o) == 0) continue;
-        qw_vec3 u = qw_scale(along, 1 / length);
-        float w = 0.5f * length * (float)qw_atan2(qw_dot(qw_cross(n, o), u), qw_dot(n, o));
-        const float tensor[6] = {w * u.x * u.x, w * u.y * u.y, w * u.z * u.z,
-                                 w * u.x * u.y, w * u.y * u.z, w * u.z * u.x};
-        memcpy(e->tensor[i], tensor, sizeof tensor), e->is_bent[i] = true;
-    }
-}
-
-/* Adds the bends of all edges to the cells at their ends, in the order of the edges. */
-static void add_edges(qw_env *env, const qw_trimesh *m, const uint32_t *cell, const qw_vec3 *facing, cell_sums *sums)
-{
-    edge_bends e = {.mesh = m, .facing = facing, .is_bent = QW_NEW(env, bool, AT_ONCE)};
-    e.tensor = qw_alloc(env, AT_ONCE, sizeof *e.tensor);
-    for (; e.first < 3 * m->face_count; e.first += AT_ONCE) {
-        uint32_t left = 3 * m->face_count - e.first, count = left < AT_ONCE ? left : AT_ONCE;
-        qw_parallel(env, count, 4 * QW_GRAIN_HEAVY, find_bends, &e);
-        for (uint32_t i = 0; i < count; i++) {
-            if (!e.is_bent[i]) continue;
-            float *a = sums[cell[m->corner[e.first + i]]].tensor;
-            float *b = sums[cell[m->corner[qw_next(e.first + i)]]].tensor;
-            for (int k = 0; k < 6; k++) a[k] += e.tensor[i][k], b[k] += e.tensor[i][k];
-        }
-    }
-    qw_free(env, e.tensor), qw_free(env, e.is_bent);
-}
-
-static cell_sums *sum_up(qw_env *env, const qw_trimesh *m, const qw_cells *cells)
-{
-    cell_sums *sums = QW_NEW_ZERO(env, cell_sums, cells->count);
-    qw_vec3 *facing = qw_face_normals(env, m);
-    for (uint32_t f = 0; f < m->face_count; f++) add_face(m, cells->of, f, sums);
-    add_edges(env, m, cells->of, facing, sums);
-    qw_free(env, facing);
-    return sums;
-}
-
-/* u M v */
-static double product(const float m[6], qw_vec3 u, qw_vec3 v)
-{
-    return (double)(u.x * (m[0] * v.x + m[3] * v.y + m[5] * v.z) + u.y * (m[3] * v.x + m[1] * v.y + m[4] * v.z) +
-                    u.z * (m[5] * v.x + m[4] * v.y + m[2] * v.z));
-}
-
-/* The mean principal curvatures of what was summed up, the larger first. Returns the normal. */
-static qw_vec3 principal_curvatures(const cell_sums *s, double curvature[2])
-{
-    qw_vec3 n = qw_normalize(qw_v3(s->normal[0], s->normal[1], s->normal[2]));
-    curvature[0] = curvature[1] = 0;
-    if (!(s->area > 0) || qw_length2(n) == 0) return n;
-    qw_vec3 u = qw_any_orthogonal(n), v = qw_cross(n, u);
-    double uu = product(s->tensor, u, u), uv = product(s->tensor, u, v), vv = product(s->tensor, v, v);
-    double mean = 0.5 * (uu + vv), half = 0.5 * (uu - vv), spread = sqrt(half * half + uv * uv);
-    curvature[0] = (mean + spread) / (double)s->area, curvature[1] = (mean - spread) / (double)s->area;
-    return n;
-}
 
 /* Means over the area in balls of some radius of what is given for each cell. value: float[cells->count], replaced. */
 static void average(qw_env *env, const qw_cells *cells, const float *area, double radius, float *value)
@@ -311,7 +211,7 @@ typedef struct shape_sizes {
 
 /* What cells see of the shape, and what that asks for. */
 typedef struct even_task {
-    const cell_sums *sums;
+    const qw_bends *sums;
     double edge, power;
     float *bend, *lesser, *mean; /* float[cells]: of the curvatures; what goes in with the power */
     qw_vec3 *normal;
@@ -325,7 +225,7 @@ static void look_at_cells(void *user, uint32_t block, uint32_t begin, uint32_t e
     (void)block;
     for (uint32_t c = begin; c < end; c++) {
         double k[2];
-        t->normal[c] = principal_curvatures(&t->sums[c], k);
+        t->normal[c] = qw_principal_curvatures(&t->sums[c], k);
         t->bend[c] = (float)sqrt(k[0] * k[0] + k[1] * k[1]);
         t->lesser[c] = (float)fmin(fabs(k[0]), fabs(k[1]));
         t->even[c] = 1;
@@ -345,9 +245,9 @@ static void find_even(qw_env *env, const qw_trimesh *m, const qw_density_request
 {
     double edge = request->edge, far = FAR * sqrt(qw_trimesh_area(m)), seen = beyond_nearest(request);
     uint32_t n = w->cells.count;
-    cell_sums *sums = sum_up(env, m, &w->cells);
+    qw_bends *sums = qw_sum_bends(env, m, w->cells.of, w->cells.count);
     for (uint32_t c = 0; c < n; c++) w->area[c] = sums[c].area;
-    qw_cells_spread(env, &w->cells, &sums->area, SUMS, 1);
+    qw_cells_spread(env, &w->cells, &sums->area, QW_BENDS, 1);
     float *lesser = QW_NEW(env, float, n), *mean = QW_NEW(env, float, n);
     even_task t = {sums, edge, 0, bend, lesser, mean, normal, w->even};
     qw_parallel(env, n, QW_GRAIN_HEAVY, look_at_cells, &t);

@@ -1,6 +1,7 @@
 #include "remesh/sizes/wanted_sizes.h"
 
 #include "base/constants.h"
+#include "remesh/sizes/around.h"
 #include "remesh/sizes/density.h"
 #include "remesh/sizes/needs.h"
 #include "remesh/sizes/scale.h"
@@ -137,6 +138,7 @@ float *qw_shared_sizes(qw_env *env, const qw_size_request *w, qw_tip_list *tips)
     if (is_shared) share_quads(env, w, part, component, size);
     else limit_sizes(part, component, s->vertex_count, size);
     qw_free(env, part), qw_free(env, component);
+    if (w->circles) qw_fit_around(env, s, w->circles, w->turn, size);
     return size;
 }
 

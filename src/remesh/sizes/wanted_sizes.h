@@ -4,6 +4,7 @@
 #define QW_REMESH_SIZES_WANTED_SIZES_H
 
 #include "geometry/bvh.h"
+#include "remesh/sizes/around.h"
 #include "remesh/sizes/density.h"
 #include "remesh/sizes/tips.h"
 
@@ -20,6 +21,8 @@ typedef struct qw_size_request {
     const qw_bvh *tree;              /* of the surface; NULL: there is none yet */
     double rho;                      /* the mean edge length wanted */
     double adaptive;                 /* the option */
+    const float *circles;            /* float[surface->vertex_count], of around.h; NULL: none */
+    double turn;                     /* of an edge on a circle, at most; positive */
     const qw_density *painted;       /* qw_density[surface->vertex_count]; NULL: none */
     bool with_boundary;              /* the option align_boundary */
     const qw_refinement *refinement; /* qw_refinement[refinements], by rounds */

@@ -9,6 +9,7 @@
 #include "whole/remake.h"
 #include "whole/wrapped.h"
 #include "run/stages/split_levels.h"
+#include "run/stages/edges_around.h"
 #include "run/stages/lost_edges.h"
 #include "run/stages/coverage.h"
 #include "remesh/relax/fit.h"
@@ -89,4 +90,5 @@ void qw_stage_FINISH(qw_run_state *run)
     qw_size_fit sizes = qw_fit_of_sizes(run->env, &f.quads, &(qw_wanted){&working, run->size, run->working_tree, NULL});
     run->report->size_cv = sizes.deviation, run->report->long_share = sizes.long_share;
     qw_report_lost_edges(run, &f.quads);
+    qw_report_edges_around(run, &f.quads);
 }

@@ -175,6 +175,7 @@ void qw_stage_OFFSETS(qw_run_state *run)
                           run->size,
                           run->constraint,
                           run->direction,
+                          run->nested,
                           run->options.align_boundary != 0,
                           qw_is_closed_flow(&run->options) && run->plan.cones == QW_CONES_AT_CORNERS};
     run->offsets = qw_integer_offsets(run->env, &in);

@@ -16,6 +16,7 @@
 #include "remesh/features/teeth.h"
 
 #include "base/constants.h"
+#include "geometry/long_edges.h"
 #include "remesh/field/orientation.h"
 #include "base/elementary.h"
 #include "remesh/clean/marks.h"
@@ -35,6 +36,7 @@ static const double SURFACE_STEP = 3.16227766016838;
    quads where they are fewer and protrusions thinner than an edge, is coarsened to those edges. */
 static const float CONDENSED = 0.4f;
 static const double LEAST_CONDENSED = 1000;
+enum { PIECES = 32 }; /* triangles for each of that size, at most, where long ones are cut */
 /* Of the mean edge: the smallest quads for which a surface is kept fine enough where quads differ in size. */
 static const double SMALLER = 1.0 / 3;
 /* A surface kept for quads of less than this share of the mean edge is coarsened again where quads are larger. */
@@ -223,8 +225,8 @@ static double dense_for(const qw_run_state *run, double edge)
    that is so much finer than most quads need that the surface is worth coarsening again. */
 static bool condense_for_sizes(qw_run_state *run, double rho)
 {
-    double strength = run->input.density ? 1 : run->options.adaptive, smallest = qw_pow(SMALLER, strength),
-           edge = (double)CONDENSED * smallest * rho;
+    double strength = run->input.density || run->options.around > 0 ? 1 : run->options.adaptive,
+           smallest = qw_pow(SMALLER, strength), edge = (double)CONDENSED * smallest * rho;
     if (run->surface.face_count > dense_for(run, edge)) {
         qw_scope_begin(run->env);
         float *length = QW_NEW(run->env, float, run->surface.vertex_count);
@@ -242,14 +244,28 @@ static void condense(qw_run_state *run, double rho)
     rho = fmin(rho, sqrt(run->core.area / LEAST_CONDENSED));
     qw_env *env = run->env;
     qw_trimesh *s = &run->surface;
-    if (qw_has_density(run) && !condense_for_sizes(run, rho)) return;
+    if (qw_has_density(run) && (!condense_for_sizes(run, rho) || run->options.around > 0)) return;
     double share = (double)CONDENSED * (qw_keeps_rims(run) ? SMALLER : 1);
     if (s->face_count <= dense_for(run, share * rho)) return;
     qw_scope_begin(env);
-    float *base_target, *length = qw_wanted_size(run, rho, &base_target, NULL);
+    float *base_target, *length = qw_wanted_size(run, rho, &base_target, NULL, NULL);
     for (uint32_t v = 0; v < s->vertex_count; v++) length[v] *= CONDENSED;
     if (s->face_count > room_for(s, length)) coarsen(run, length);
     qw_scope_end(env);
+}
+
+/* The circles around which so many edges are asked for. No edge of the surface is longer than the quads', so that sizes
+   may grow from one circle to the next. */
+static void find_circles(qw_run_state *run, double rho)
+{
+    if (run->options.around == 0) return;
+    double most = run->surface.face_count + PIECES * dense_for(run, rho);
+    qw_trimesh cut = qw_without_long_edges(run->env, &run->surface, (float)rho, (uint32_t)fmin(most, QW_NONE / 8));
+    run->circles = qw_find_circles(run->env, &run->surface, &cut, qw_turn_of_edge(run),
+                                   run->options.align_boundary != 0);
+    if (cut.vertex_count == run->surface.vertex_count) return;
+    run->surface = cut;
+    run->surface_census = qw_trimesh_census(run->env, &cut);
 }
 
 /* The core without small components, marked with feature edges and guides, coarser where it is much finer than the
@@ -271,7 +287,9 @@ void qw_prepare_surface(qw_run_state *run)
     smooth_teeth(run, rho);
     qw_engrave_guides(run);
     run->tree = NULL; /* an earlier surface's */
+    run->circles = NULL;
     condense(run, rho);
+    find_circles(run, rho);
     qw_build_tree(run);
 }
 
@@ -296,6 +314,21 @@ void qw_set_holds(qw_run_state *run)
     qw_free(run->env, cut), qw_free(run->env, reach);
 }
 
+/* Directions in nests. */
+static void direct_nests(qw_run_state *run, const qw_nests *nests)
+{
+    run->nested = NULL;
+    if (nests->count == 0 || !qw_uses(run->env, QW_MECH_NESTS)) return;
+    run->nested = QW_NEW_ZERO(run->env, qw_vec3, run->working.mesh.vertex_count);
+    int64_t count = qw_direct_nests(run->env, &run->working.mesh, nests, run->constraint, run->nested);
+    qw_did(run->env, QW_MECH_NESTS, count);
+    for (uint32_t i = 0; i < nests->count; i++)
+        qw_log(run->env, QW_LOG_DEBUG, "nest %u: edges of %.4g, %.3g and %.3g of them to each side", i,
+               (double)nests->nest[i].edge / run->clean.frame.scale,
+               (double)(nests->nest[i].reach[QW_LEFT] / nests->nest[i].edge),
+               (double)(nests->nest[i].reach[QW_RIGHT] / nests->nest[i].edge));
+}
+
 /* Wanted sizes, the working mesh at them, which curves it can keep, and its normals. */
 void qw_stage_WORKING(qw_run_state *run)
 {
@@ -311,7 +344,8 @@ void qw_stage_WORKING(qw_run_state *run)
     qw_advise_wrap(run);
     qw_resolution_request resolution = qw_resolution_of(run);
     double share = qw_working_edges(&resolution);
-    float *base_target, *size = qw_wanted_size(run, run->rho, &base_target, &run->tips);
+    qw_nests nests;
+    float *base_target, *size = qw_wanted_size(run, run->rho, &base_target, &run->tips, &nests);
     bool has_spots = memcmp(size, base_target, run->surface.vertex_count * sizeof *size) != 0;
     for (uint32_t v = 0; v < run->surface.vertex_count; v++) size[v] /= (float)share, base_target[v] /= (float)share;
     run->working = qw_working_mesh(env, &run->surface, &run->surface_census, size, has_spots ? base_target : NULL);
@@ -322,6 +356,7 @@ void qw_stage_WORKING(qw_run_state *run)
     qw_unmark_curves(&run->working.mesh, run->curve_verdict);
     qw_free(env, reach);
     qw_set_holds(run);
+    direct_nests(run, &nests);
     run->normal = qw_vertex_normals(env, mesh);
     if (qw_uses(env, QW_MECH_CREASE_NORMALS)) {
         qw_balance_creases(env, mesh, run->normal);
@@ -337,8 +372,15 @@ void qw_stage_WORKING(qw_run_state *run)
 
 qw_hierarchy *qw_build_hierarchy(const qw_run_state *run)
 {
+    uint32_t n = run->working.mesh.vertex_count;
     qw_hierarchy *h = QW_NEW(run->env, qw_hierarchy, 1);
-    *h = qw_hierarchy_build(run->env, &run->working.mesh, run->normal, run->constraint, run->direction);
+    qw_vec3 *direction = QW_NEW(run->env, qw_vec3, n);
+    for (uint32_t v = 0; v < n; v++)
+        direction[v] = run->nested && run->constraint[v] == QW_VERTEX_FREE && qw_length2(run->nested[v]) > 0
+                           ? run->nested[v]
+                           : run->direction[v];
+    *h = qw_hierarchy_build(run->env, &run->working.mesh, run->normal, run->constraint, direction);
+    qw_free(run->env, direction);
     return h;
 }
 

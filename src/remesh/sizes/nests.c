@@ -1,0 +1,428 @@
+#include "remesh/sizes/nests.h"
+
+#include "base/elementary.h"
+#include "geometry/bvh.h"
+#include "remesh/sizes/scale.h"
+#include "solve/cg.h"
+
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+/* A band is as wide as the circle of its curve's length has radius: rings around it are twice as long at most in a
+   plane. */
+static const double WIDEST = 1 / (2 * QW_PI);
+/* Where a band of the wanted width is no annulus, narrower ones are tried, each by this share. */
+enum { TRIES = 10 };
+/* Near the far rim of a band, above this value, the harmonic function follows its jags. The band is found wider than
+   the rings need by so many edges, and directions are set half an edge beyond them. */
+static const double SMOOTH = 0.9;
+static const float SPARE = 2, BEYOND = 0.5f;
+/* Weights of edges between obtuse triangles are raised to this, so that the function has its extremes on the rims. */
+static const double LEAST_WEIGHT = 0.02;
+/* Sizes grow with the lines around, up to so many times; they do not shrink with them, as rows would be too thin. */
+static const double MOST_RATIO = 2.5;
+/* Edges are small enough for the rings on the side with more room, and on the other if it has nearly as much. */
+static const float NEARLY = 0.7f;
+/* No nest needs more than this many times what it may reach. */
+static const float FAR = 3;
+static const double TOLERANCE = 1e-4;
+enum { MAX_ITERATIONS = 1000 };
+
+/* A mesh with the curves of nests in it. */
+typedef struct nesting {
+    qw_env *env;
+    const qw_trimesh *mesh;
+    const qw_nests *nests;
+    uint32_t count;   /* edges of all curves */
+    uint32_t *half;   /* uint32_t[count]: their half-edges that run as the polyline does */
+    uint32_t *number; /* uint32_t[count]: the nest of each */
+    float *distance;  /* float[vertices]: to the nearest curve, up to where it can matter */
+    uint32_t *owner;  /* uint32_t[vertices]: the nest of that curve; QW_NONE: too far from all */
+    uint8_t *beside;  /* uint8_t[faces]: bits 1 << side: the curve runs along the face, which lies on that side of it */
+    uint32_t *face_stamp, *vertex_stamp, stamp; /* [faces], [vertices]: the band that was grown last has `stamp` */
+    uint32_t *face, face_count;                 /* its faces: uint32_t[faces] */
+} nesting;
+
+static bool is_ring_edge(const qw_trimesh *m, uint32_t h) { return m->mark && (m->mark[h] & QW_MARK_RING); }
+
+static bool is_closed(const qw_nest *n) { return qw_distance(n->point[0], n->point[n->point_count - 1]) == 0; }
+
+/* The length of the whole ring, half of which an open curve is. */
+static double ring_length(const qw_nest *n)
+{
+    double sum = 0;
+    for (uint32_t i = 0; i + 1 < n->point_count; i++) sum += (double)qw_distance(n->point[i], n->point[i + 1]);
+    return is_closed(n) ? sum : 2 * sum;
+}
+
+/* ---- curves in the mesh */
+
+/* Which edges are whose: those that are marked as rings, by the polyline that is nearest. */
+static void find_curves(nesting *g)
+{
+    qw_env *env = g->env;
+    const qw_trimesh *m = g->mesh;
+    uint32_t segments = 0, edges = 0;
+    for (uint32_t i = 0; i < g->nests->count; i++) segments += g->nests->nest[i].point_count - 1;
+    qw_vec3 *from = QW_NEW(env, qw_vec3, segments), *to = QW_NEW(env, qw_vec3, segments);
+    uint32_t *nest = QW_NEW(env, uint32_t, segments);
+    segments = 0;
+    for (uint32_t i = 0; i < g->nests->count; i++)
+        for (uint32_t k = 0; k + 1 < g->nests->nest[i].point_count; k++, segments++)
+            from[segments] = g->nests->nest[i].point[k], to[segments] = g->nests->nest[i].point[k + 1],
+            nest[segments] = i;
+    const qw_curve_tree *tree = qw_curve_tree_build(env, from, to, segments);
+    for (uint32_t h = 0; h < 3 * m->face_count; h++) edges += is_ring_edge(m, h) && m->twin[h] != QW_NONE;
+    g->half = QW_NEW(env, uint32_t, edges), g->number = QW_NEW(env, uint32_t, edges);
+    for (uint32_t h = 0; h < 3 * m->face_count; h++) {
+        if (!is_ring_edge(m, h) || m->twin[h] == QW_NONE || !qw_stands_for_edge(m, h)) continue;
+        qw_vec3 way = qw_edge_way(m, h), middle = qw_madd(m->position[m->corner[h]], 0.5f, way);
+        uint32_t s = qw_curve_nearest(tree, middle, INFINITY).segment;
+        uint32_t along = qw_dot(way, qw_sub(to[s], from[s])) >= 0 ? h : m->twin[h];
+        g->half[g->count] = along, g->number[g->count++] = nest[s];
+        g->beside[along / 3] |= 1 << QW_LEFT, g->beside[m->twin[along] / 3] |= 1 << QW_RIGHT;
+    }
+}
+
+/* What is nearer to each nest's curve than to the others, and no farther than the nest may reach with what it needs
+   beside. */
+static void share_out(nesting *g)
+{
+    qw_env *env = g->env;
+    const qw_trimesh *m = g->mesh;
+    uint8_t *is_from = QW_NEW(env, uint8_t, m->vertex_count);
+    for (uint32_t v = 0; v < m->vertex_count; v++) g->distance[v] = INFINITY, g->owner[v] = QW_NONE;
+    for (uint32_t i = 0; i < g->nests->count; i++) {
+        const qw_nest *n = &g->nests->nest[i];
+        float reach = FAR * fmaxf(n->reach[QW_LEFT], n->reach[QW_RIGHT]);
+        memset(is_from, 0, m->vertex_count);
+        for (uint32_t k = 0; k < g->count; k++)
+            if (g->number[k] == i) is_from[m->corner[g->half[k]]] = is_from[m->corner[qw_next(g->half[k])]] = 1;
+        float *distance = qw_distances(env, m, is_from, reach);
+        for (uint32_t v = 0; v < m->vertex_count; v++)
+            if (distance[v] < reach && distance[v] < g->distance[v]) g->distance[v] = distance[v], g->owner[v] = i;
+        qw_free(env, distance);
+    }
+}
+
+static nesting begin(qw_env *env, const qw_trimesh *mesh, const qw_nests *nests)
+{
+    nesting g = {.env = env, .mesh = mesh, .nests = nests};
+    g.distance = QW_NEW(env, float, mesh->vertex_count), g.owner = QW_NEW(env, uint32_t, mesh->vertex_count);
+    g.beside = QW_NEW_ZERO(env, uint8_t, mesh->face_count);
+    g.face_stamp = QW_NEW_ZERO(env, uint32_t, mesh->face_count),
+    g.vertex_stamp = QW_NEW_ZERO(env, uint32_t, mesh->vertex_count), g.face = QW_NEW(env, uint32_t, mesh->face_count);
+    find_curves(&g);
+    share_out(&g);
+    return g;
+}
+
+/* ---- a band */
+
+static bool is_within(const nesting *g, uint32_t nest, uint32_t f, float reach)
+{
+    const uint32_t *c = g->mesh->corner + 3 * (size_t)f;
+    for (int i = 0; i < 3; i++)
+        if (g->owner[c[i]] != nest || g->distance[c[i]] > reach) return false;
+    return true;
+}
+
+/* Whether the edge of h, which is one of the band's faces, bounds it. */
+static bool is_rim(const nesting *g, uint32_t h)
+{
+    uint32_t t = g->mesh->twin[h];
+    return t == QW_NONE || g->face_stamp[t / 3] != g->stamp || is_ring_edge(g->mesh, h);
+}
+
+/* Adds a face with its vertices to the band; returns how many of these are new in it. */
+static uint32_t take_face(nesting *g, uint32_t f)
+{
+    uint32_t fresh = 0;
+    g->face_stamp[f] = g->stamp, g->face[g->face_count++] = f;
+    for (uint32_t i = 0; i < 3; i++) {
+        uint32_t v = g->mesh->corner[3 * f + i];
+        fresh += g->vertex_stamp[v] != g->stamp, g->vertex_stamp[v] = g->stamp;
+    }
+    return fresh;
+}
+
+/* Grows the band from the curve; false where it is no annulus (beside an open curve, no disc), or not all of the curve
+   runs along it. */
+static bool grow(nesting *g, uint32_t nest, int side, float reach)
+{
+    const qw_trimesh *m = g->mesh;
+    int64_t vertices = 0, rim = 0;
+    g->stamp++, g->face_count = 0;
+    for (uint32_t k = 0; k < g->count; k++) {
+        if (g->number[k] != nest) continue;
+        uint32_t f = (side == QW_LEFT ? g->half[k] : m->twin[g->half[k]]) / 3;
+        if (!is_within(g, nest, f, reach)) return false;
+        if (g->face_stamp[f] != g->stamp) vertices += take_face(g, f);
+    }
+    for (uint32_t i = 0; i < g->face_count; i++) {
+        if (g->beside[g->face[i]] & ~(1 << side)) return false; /* it comes around to the other side */
+        for (uint32_t h = 3 * g->face[i]; h < 3 * g->face[i] + 3; h++) {
+            uint32_t t = m->twin[h];
+            if (t == QW_NONE || is_ring_edge(m, h) || g->face_stamp[t / 3] == g->stamp) continue;
+            if (is_within(g, nest, t / 3, reach)) vertices += take_face(g, t / 3);
+        }
+    }
+    for (uint32_t i = 0; i < g->face_count; i++)
+        for (uint32_t h = 3 * g->face[i]; h < 3 * g->face[i] + 3; h++) rim += is_rim(g, h);
+    int64_t edges = (3 * (int64_t)g->face_count + rim) / 2, euler = vertices - edges + g->face_count;
+    return g->face_count > 0 && euler == (is_closed(&g->nests->nest[nest]) ? 0 : 1);
+}
+
+/* The widest band up to this reach that can be had; 0: there is none. */
+static float grow_widest(nesting *g, uint32_t nest, int side, float reach)
+{
+    for (int i = TRIES; i > 0; i--)
+        if (grow(g, nest, side, reach * (float)i / TRIES)) return reach * (float)i / TRIES;
+    return 0;
+}
+
+/* ---- sizes */
+
+/* By how much of its length a line at a small distance from the curve is longer, for each unit of that: out of the area
+   of the band, whose far rim is at about the mean distance of its vertices. */
+static double growth(const nesting *g, double length)
+{
+    const qw_trimesh *m = g->mesh;
+    double area = 0, sum = 0, count = 0;
+    for (uint32_t i = 0; i < g->face_count; i++) {
+        area += 0.5 * (double)qw_length(qw_face_cross(m, g->face[i]));
+        for (uint32_t h = 3 * g->face[i]; h < 3 * g->face[i] + 3; h++)
+            if (is_rim(g, h) && !is_ring_edge(m, h)) sum += (double)g->distance[m->corner[h]], count++;
+    }
+    double width = count > 0 ? sum / count : 0;
+    return width > 0 ? 2 * (area / (width * length) - 1) / width : 0;
+}
+
+/* Of rows from the curve out that get longer in proportion to the lines along them, up to `ratio` times: the width of
+   as many of the first one's width as one is wide in all. */
+static double mean_row(double ratio) { return fabs(ratio - 1) < 1e-3 ? 1 : (ratio - 1) / qw_ln(ratio); }
+
+/* What a band of a nest is like on one side. */
+typedef struct side_fit {
+    float width;  /* 0: none was found */
+    double ratio; /* length of its far rim over that of the curve */
+} side_fit;
+
+static side_fit measure(nesting *g, uint32_t nest, int side)
+{
+    const qw_nest *n = &g->nests->nest[nest];
+    double length = ring_length(n) / (is_closed(n) ? 1 : 2);
+    side_fit fit = {grow_widest(g, nest, side, n->reach[side]), 1};
+    if (fit.width > 0) fit.ratio = fmin(fmax(1 + (double)fit.width * growth(g, length), 1), MOST_RATIO);
+    return fit;
+}
+
+static double mean_on_curve(const nesting *g, uint32_t nest, const float *size)
+{
+    double sum = 0, count = 0;
+    for (uint32_t k = 0; k < g->count; k++)
+        if (g->number[k] == nest) sum += (double)size[g->mesh->corner[g->half[k]]], count++;
+    return count > 0 ? sum / count : 0;
+}
+
+/* Sizes in the band on one side, as long as the lines there are. */
+static void write_sizes(nesting *g, uint32_t nest, int side, const side_fit *fit, float *size)
+{
+    const qw_nest *n = &g->nests->nest[nest];
+    if (fit->width == 0 || grow_widest(g, nest, side, n->reach[side] + SPARE * n->edge) == 0) return;
+    for (uint32_t i = 0; i < 3 * g->face_count; i++) {
+        uint32_t v = g->mesh->corner[3 * (size_t)g->face[i / 3] + i % 3];
+        size[v] = n->edge * (float)(1 + (fit->ratio - 1) * (double)(g->distance[v] / fit->width));
+    }
+}
+
+static void fit_nest(nesting *g, uint32_t nest, float *size)
+{
+    qw_nest *n = &g->nests->nest[nest];
+    side_fit fit[QW_SIDES];
+    double edge = mean_on_curve(g, nest, size);
+    for (int side = 0; side < QW_SIDES; side++) fit[side] = measure(g, nest, side);
+    for (int side = 0; side < QW_SIDES; side++)
+        if (fit[side].width > NEARLY * fit[!side].width)
+            edge = fmin(edge, (double)fit[side].width / (n->rings * mean_row(fit[side].ratio)));
+    n->edge = (float)edge;
+    for (int side = 0; side < QW_SIDES; side++) {
+        float needed = n->edge * (float)(n->rings * mean_row(fit[side].ratio));
+        n->reach[side] = fminf(needed, fit[side].width > 0 ? fit[side].width : n->reach[side]);
+        write_sizes(g, nest, side, &fit[side], size);
+    }
+    for (uint32_t k = 0; k < g->count; k++)
+        if (g->number[k] == nest)
+            size[g->mesh->corner[g->half[k]]] = size[g->mesh->corner[qw_next(g->half[k])]] = n->edge;
+}
+
+void qw_fit_nests(qw_env *env, const qw_trimesh *surface, const qw_nests *nests, float *size)
+{
+    assert(surface->twin && size);
+    if (nests->count == 0) return;
+    qw_scope_begin(env);
+    for (uint32_t i = 0; i < nests->count; i++)
+        nests->nest[i].reach[QW_LEFT] = nests->nest[i].reach[QW_RIGHT] = (float)(WIDEST * ring_length(&nests->nest[i]));
+    nesting g = begin(env, surface, nests);
+    for (uint32_t i = 0; i < nests->count; i++) fit_nest(&g, i, size);
+    qw_scope_end(env);
+}
+
+/* ---- directions */
+
+/* The harmonic function on the band that was grown last, by an equation for each of its vertices. */
+typedef struct potential {
+    const nesting *g;
+    uint32_t count, *vertex; /* vertices of the band: uint32_t[count] */
+    uint32_t *place;         /* uint32_t[vertices of the mesh]: the place of each in `vertex` */
+    uint32_t edges, *end;    /* of the band: uint32_t[2 edges], places */
+    double *weight;          /* double[edges] */
+    uint8_t *is_fixed;       /* uint8_t[count] */
+    double *diagonal, *u;    /* double[count] */
+} potential;
+
+static double cotangent_at(const qw_trimesh *m, uint32_t h)
+{
+    const qw_vec3 p = m->position[m->corner[h]], a = qw_sub(m->position[m->corner[qw_next(h)]], p),
+                  b = qw_sub(m->position[m->corner[qw_prev(h)]], p);
+    double sine = (double)qw_length(qw_cross(a, b));
+    return sine > 0 ? (double)qw_dot(a, b) / sine : 0;
+}
+
+static void apply(void *user, qw_env *env, const double *x, double *y)
+{
+    (void)env;
+    const potential *p = user;
+    for (uint32_t i = 0; i < p->count; i++) y[i] = 0;
+    for (uint32_t e = 0; e < p->edges; e++) {
+        uint32_t a = p->end[2 * e], b = p->end[2 * e + 1];
+        double flow = p->weight[e] * (x[a] - x[b]);
+        y[a] += flow, y[b] -= flow;
+    }
+    for (uint32_t i = 0; i < p->count; i++)
+        if (p->is_fixed[i]) y[i] = x[i];
+}
+
+/* Numbers the vertices, and says which are fixed: those on the curve at 0, those on the far rim at 1. Where an open
+   curve ends in a cut nothing is fixed along that. */
+static void set_rims(potential *p, bool at_boundary)
+{
+    const nesting *g = p->g;
+    const qw_trimesh *m = g->mesh;
+    for (uint32_t i = 0; i < 3 * g->face_count; i++) p->place[m->corner[3 * (size_t)g->face[i / 3] + i % 3]] = QW_NONE;
+    for (uint32_t i = 0; i < 3 * g->face_count; i++) {
+        uint32_t v = m->corner[3 * (size_t)g->face[i / 3] + i % 3];
+        if (p->place[v] == QW_NONE) p->place[v] = p->count, p->vertex[p->count++] = v;
+    }
+    for (uint32_t i = 0; i < g->face_count; i++)
+        for (uint32_t h = 3 * g->face[i]; h < 3 * g->face[i] + 3; h++) {
+            if (!is_rim(g, h) || (m->twin[h] == QW_NONE && !at_boundary)) continue;
+            uint32_t ends[2] = {p->place[m->corner[h]], p->place[m->corner[qw_next(h)]]};
+            for (int k = 0; k < 2; k++) p->is_fixed[ends[k]] = 1, p->u[ends[k]] = 1;
+        }
+    for (uint32_t i = 0; i < p->count; i++)
+        if (g->distance[p->vertex[i]] == 0) p->is_fixed[i] = 1, p->u[i] = 0;
+}
+
+static void set_weights(potential *p)
+{
+    const nesting *g = p->g;
+    const qw_trimesh *m = g->mesh;
+    for (uint32_t i = 0; i < g->face_count; i++)
+        for (uint32_t h = 3 * g->face[i]; h < 3 * g->face[i] + 3; h++) {
+            uint32_t t = m->twin[h], a = p->place[m->corner[h]], b = p->place[m->corner[qw_next(h)]];
+            if (!is_rim(g, h) && t < h) continue;
+            double w = cotangent_at(m, qw_prev(h)) + (is_rim(g, h) ? 0 : cotangent_at(m, qw_prev(t)));
+            p->weight[p->edges] = fmax(w / 2, LEAST_WEIGHT);
+            p->end[2 * p->edges] = a, p->end[2 * p->edges + 1] = b;
+            p->diagonal[a] += p->weight[p->edges], p->diagonal[b] += p->weight[p->edges];
+            p->edges++;
+        }
+    for (uint32_t i = 0; i < p->count; i++)
+        if (p->is_fixed[i]) p->diagonal[i] = 1;
+}
+
+/* In the current scope. */
+static potential solve(const nesting *g, bool at_boundary)
+{
+    qw_env *env = g->env;
+    uint32_t most = 3 * g->face_count;
+    potential p = {.g = g, .vertex = QW_NEW(env, uint32_t, most), .end = QW_NEW(env, uint32_t, 2 * (size_t)most)};
+    p.place = QW_NEW(env, uint32_t, g->mesh->vertex_count), p.weight = QW_NEW(env, double, most);
+    p.is_fixed = QW_NEW_ZERO(env, uint8_t, most);
+    p.diagonal = QW_NEW_ZERO(env, double, most), p.u = QW_NEW_ZERO(env, double, most);
+    set_rims(&p, at_boundary);
+    set_weights(&p);
+    double *b = QW_NEW(env, double, p.count), *x = QW_NEW_ZERO(env, double, p.count);
+    apply(&p, env, p.u, b);
+    for (uint32_t i = 0; i < p.count; i++) b[i] = p.is_fixed[i] ? 0 : -b[i];
+    qw_cg_solve(env, p.count, apply, &p, p.diagonal, b, x, TOLERANCE, MAX_ITERATIONS);
+    for (uint32_t i = 0; i < p.count; i++) p.u[i] += x[i];
+    return p;
+}
+
+/* Directions along the lines of equal value: the gradient in each face, turned by a quarter, its mean at vertices. way:
+   1 or -1, so that both sides of a curve run the same way around. */
+static int64_t write_directions(const potential *p, float way, float reach, const uint8_t *constraint,
+                                qw_vec3 *direction)
+{
+    const nesting *g = p->g;
+    const qw_trimesh *m = g->mesh;
+    qw_vec3 *along = QW_NEW_ZERO(g->env, qw_vec3, p->count);
+    for (uint32_t i = 0; i < g->face_count; i++) {
+        const uint32_t *c = m->corner + 3 * (size_t)g->face[i];
+        qw_vec3 sum = qw_v3(0, 0, 0); /* u of each corner times the side opposite: the turned gradient, times -2 area */
+        for (int k = 0; k < 3; k++)
+            sum = qw_madd(sum, (float)p->u[p->place[c[k]]],
+                          qw_sub(m->position[c[(k + 2) % 3]], m->position[c[(k + 1) % 3]]));
+        for (int k = 0; k < 3; k++) along[p->place[c[k]]] = qw_add(along[p->place[c[k]]], sum);
+    }
+    int64_t count = 0;
+    for (uint32_t i = 0; i < p->count; i++) {
+        uint32_t v = p->vertex[i];
+        if (constraint[v] != QW_VERTEX_FREE || p->u[i] > SMOOTH || g->distance[v] > reach || qw_length2(along[i]) == 0)
+            continue;
+        direction[v] = qw_scale(qw_normalize(along[i]), way);
+        count++;
+    }
+    return count;
+}
+
+/* The directions of a nest's curve at its vertices. */
+static void direct_curve(const nesting *g, uint32_t nest, qw_vec3 *direction)
+{
+    const qw_trimesh *m = g->mesh;
+    for (int round = 0; round < 2; round++) /* sums of the unit edges, then their directions */
+        for (uint32_t k = 0; k < g->count; k++) {
+            if (g->number[k] != nest) continue;
+            uint32_t ends[2] = {m->corner[g->half[k]], m->corner[qw_next(g->half[k])]};
+            for (int i = 0; i < 2; i++)
+                direction[ends[i]] = round ? qw_normalize(direction[ends[i]])
+                                           : qw_add(direction[ends[i]], qw_normalize(qw_edge_way(m, g->half[k])));
+        }
+}
+
+int64_t qw_direct_nests(qw_env *env, const qw_trimesh *mesh, const qw_nests *nests, const uint8_t *constraint,
+                        qw_vec3 *direction)
+{
+    assert(mesh->twin && constraint && direction);
+    if (nests->count == 0) return 0;
+    int64_t count = 0;
+    qw_scope_begin(env);
+    nesting g = begin(env, mesh, nests);
+    for (uint32_t i = 0; i < nests->count; i++) {
+        direct_curve(&g, i, direction);
+        for (int side = 0; side < QW_SIDES; side++) {
+            const qw_nest *n = &nests->nest[i];
+            if (grow_widest(&g, i, side, n->reach[side] + SPARE * n->edge) == 0) continue;
+            qw_scope_begin(env);
+            potential p = solve(&g, is_closed(n));
+            count += write_directions(&p, side == QW_LEFT ? 1 : -1, n->reach[side] + BEYOND * n->edge, constraint,
+                                      direction);
+            qw_scope_end(env);
+        }
+    }
+    qw_scope_end(env);
+    return count;
+}

@@ -1,0 +1,187 @@
+/* Bands around closed curves: on surfaces of which the lines around are known, and in whole runs. */
+#include "suite.h"
+#include "shapes.h"
+#include "unit_shapes.h"
+
+#include "base/rosy.h"
+#include "remesh/sizes/nests.h"
+
+#include <stdio.h>
+
+enum { AROUND = 48, ALONG = 40 };
+
+/* A tube about z whose radius swells and shrinks, of length 4, with a ring marked on its waist; its lines around are
+   the parallels. */
+static qw_trimesh tube_with_ring(qw_env *env, qw_vec3 ring[AROUND + 1])
+{
+    qw_trimesh m = unit_grid(env, AROUND, ALONG, true, false);
+    for (uint32_t v = 0; v < m.vertex_count; v++) {
+        float a = 6.2831853f * m.position[v].x, z = 4 * m.position[v].y, r = 1 + 0.3f * sinf(2 * z);
+        m.position[v] = qw_v3(r * cosf(a), r * sinf(a), z);
+    }
+    uint32_t first = AROUND * (ALONG / 2);
+    for (uint32_t h = 0; h < 3 * m.face_count; h++) {
+        uint32_t a = m.corner[h] - first, b = m.corner[qw_next(h)] - first;
+        if (a < AROUND && b < AROUND) m.mark[h] = QW_MARKS;
+    }
+    for (uint32_t i = 0; i <= AROUND; i++) ring[i] = m.position[first + i % AROUND];
+    return m;
+}
+
+static void directions_run_around(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 2);
+    qw_vec3 ring[AROUND + 1];
+    qw_trimesh m = tube_with_ring(env, ring);
+    qw_nest nest = {.point = ring, .point_count = AROUND + 1, .rings = 4};
+    qw_nests nests = {1, &nest};
+    float *size = QW_NEW(env, float, m.vertex_count);
+    for (uint32_t v = 0; v < m.vertex_count; v++) size[v] = 0.4f;
+    qw_fit_nests(env, &m, &nests, size);
+    assert_true(nest.edge > 0.1f && nest.edge <= 0.4f);
+    uint8_t *constraint = QW_NEW_ZERO(env, uint8_t, m.vertex_count);
+    qw_vec3 *direction = QW_NEW_ZERO(env, qw_vec3, m.vertex_count);
+    for (uint32_t i = 0; i < AROUND; i++) constraint[AROUND * (ALONG / 2) + i] = QW_VERTEX_CURVE;
+    int64_t count = qw_direct_nests(env, &m, &nests, constraint, direction), found = 0;
+    for (uint32_t v = 0; v < m.vertex_count; v++) {
+        qw_vec3 p = m.position[v];
+        float off = fabsf(p.z - ring[0].z);
+        if (qw_length2(direction[v]) == 0) {
+            assert_true(off > 0.9f * nest.edge * 4); /* as wide as the rings need */
+            continue;
+        }
+        qw_vec3 around = qw_normalize(qw_v3(-p.y, p.x, 0)); /* the way that the ring runs */
+        assert_true(qw_dot(direction[v], around) > 0.995f);
+        found += constraint[v] == QW_VERTEX_FREE;
+    }
+    assert_true(count == found && found > 2 * 4 * AROUND);
+    for (uint32_t v = 1; v < m.vertex_count; v++) /* one size on each parallel */
+        if (v % AROUND != 0 && qw_length2(direction[v]) > 0)
+            assert_true(fabsf(size[v] / size[v - v % AROUND] - 1) < 0.05f);
+    qw_env_destroy(env);
+}
+
+/* ---- whole runs */
+
+/* A ball with bumps, and with a socket on the side of +z in which the polar angle is less than SOCKET. */
+static const double SOCKET = 0.5;
+
+static void place_on_head(double p[3])
+{
+    double x = p[0], y = p[1], z = p[2], bumps = 0.04 * sin(5 * x) * cos(4 * y) * cos(3 * z), angle = acos(z),
+           t = angle / SOCKET, r = 1 + bumps - (t < 1 ? 0.35 * (1 - t * t) * (1 - t * t) : 0);
+    p[0] = r * x, p[1] = 1.2 * r * y, p[2] = r * z;
+}
+
+static uint32_t next_of(uint32_t h) { return h % 4 == 3 ? h - 3 : h + 1; }
+
+/* uint32_t[4 faces]: the half-edge that goes the other way; the surface is closed. */
+static uint32_t *twins_of(const qw_mesh_view *q)
+{
+    uint32_t sides = 4 * q->face_count, *twin = malloc(sides * sizeof *twin),
+             *first = malloc(q->vertex_count * sizeof *first), *after = malloc(sides * sizeof *after);
+    memset(first, 0xff, q->vertex_count * sizeof *first);
+    for (uint32_t h = 0; h < sides; h++) after[h] = first[q->corners[h]], first[q->corners[h]] = h;
+    for (uint32_t h = 0; h < sides; h++) {
+        uint32_t t = first[q->corners[next_of(h)]];
+        while (q->corners[next_of(t)] != q->corners[h]) t = after[t];
+        twin[h] = t;
+    }
+    free(first), free(after);
+    return twin;
+}
+
+static uint32_t valence_at_head(const uint32_t *twin, uint32_t h)
+{
+    uint32_t n = 0, at = h;
+    do at = next_of(twin[at]), n++;
+    while (at != h && n < 10);
+    return n; /* of the tail of h */
+}
+
+/* The edges of the loop that goes straight on from h through vertices of four edges, where it closes and winds once
+   around the axis within the angle; else 0. */
+static uint32_t ring_from(const qw_mesh_view *q, const uint32_t *twin, uint32_t h, double most_angle, uint8_t *seen)
+{
+    uint32_t at = h, count = 0;
+    double turn = 0;
+    bool is_near = true;
+    do {
+        const double *a = q->positions + 3 * (size_t)q->corners[at],
+                     *b = q->positions + 3 * (size_t)q->corners[next_of(at)];
+        turn += remainder(atan2(b[1], b[0]) - atan2(a[1], a[0]), 6.283185307179586);
+        is_near &= atan2(hypot(a[0], a[1]), a[2]) < most_angle;
+        seen[at] = 1, count++;
+        uint32_t out = next_of(at); /* leaves the head */
+        if (valence_at_head(twin, out) != 4) return 0;
+        at = next_of(twin[out]);
+    } while (at != h && count < 4 * q->face_count);
+    return at == h && is_near && fabs(fabs(turn) - 6.283185307179586) < 1e-6 ? count : 0;
+}
+
+/* Rings around the socket; *edges: of the one that has the most. */
+static uint32_t count_rings(const qw_mesh_view *q, double most_angle, uint32_t *edges)
+{
+    uint32_t *twin = twins_of(q), rings = 0;
+    uint8_t *seen = calloc(4 * (size_t)q->face_count, 1);
+    *edges = 0;
+    for (uint32_t h = 0; h < 4 * q->face_count; h++) {
+        if (seen[h]) continue;
+        uint32_t count = ring_from(q, twin, h, most_angle, seen);
+        if (count > *edges) *edges = count;
+        rings += count > 0;
+    }
+    free(twin), free(seen);
+    return rings / 2; /* each walked both ways */
+}
+
+enum { DRAWN = 12 };
+
+/* An oval around the socket, on the surface. */
+static void draw_oval(double p[DRAWN][3])
+{
+    for (int i = 0; i < DRAWN; i++) {
+        double a = 6.283185307179586 * i / DRAWN, angle = 0.3 + 0.06 * cos(2 * a);
+        p[i][0] = sin(angle) * cos(a), p[i][1] = sin(angle) * sin(a), p[i][2] = cos(angle);
+        place_on_head(p[i]);
+    }
+}
+
+static void one_guide_gives_rings(void **state)
+{
+    (void)state;
+    shape s = shape_sphere(24);
+    for (uint32_t v = 0; v < s.vertex_count; v++) place_on_head(s.position + 3 * (size_t)v);
+    qw_mesh_view view = shape_view(&s), quads;
+    qw_context *context;
+    double p[DRAWN][3];
+    draw_oval(p);
+    assert_int_equal(qw_create(NULL, &context), QW_OK);
+    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+    qw_options options;
+    qw_options_init(&options);
+    for (int symmetric = 0; symmetric < 2; symmetric++)
+        for (uint32_t rings = 2; rings <= 4; rings++) {
+            qw_guide guide = {sizeof guide, QW_GUIDE_LOOP, 1, DRAWN, p[0], rings};
+            uint32_t edges;
+            assert_int_equal(qw_set_guides(context, &guide, 1), QW_OK);
+            options.faces = 4000, options.symmetry = symmetric ? 3 : 0; /* y; none */
+            if (qw_run(context, &options) != QW_OK) fail_msg("%s", qw_message(context));
+            qw_get_mesh(context, &quads);
+            uint32_t found = count_rings(&quads, 1, &edges);
+            printf("%u rings asked for: %u of up to %u edges, %d\n", rings, found, edges, symmetric);
+            assert_true(found >= 2 * rings - 1 && edges >= 6);
+        }
+    qw_destroy(context);
+    shape_free(&s);
+}
+
+QW_TEST_SUITE(nests)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(directions_run_around),
+        cmocka_unit_test(one_guide_gives_rings),
+    };
+    return cmocka_run_group_tests_name("nests", tests, NULL, NULL);
+}
