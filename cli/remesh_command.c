@@ -326,7 +326,8 @@ static bool is_in_one_file(const qw_arguments *a) { return a->format == QW_FORMA
 void qw_halve_texture(qw_asset_options *o)
 {
     enum { LEAST = 64 };
-    if (o->texture / 2 >= LEAST) o->texture /= 2, o->texel_density /= 2;
+    if (o->texture / 2 < LEAST) return;
+    o->texture /= 2, o->texel_density /= 2, o->unwrap_grid = (o->unwrap_grid + 1) / 2;
 }
 
 /* What is asked for, for one level: its count, and the files that it is written to. */

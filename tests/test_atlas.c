@@ -1,6 +1,7 @@
 /* Charts, flattening and packing: whatever the shape, no two points of the surface lie at one place of the texture, by
  * a second and slower way of telling, and charts keep their distance. */
 #include "products/atlas/atlas.h"
+#include "products/atlas/blocks.h"
 #include "products/atlas/charts.h"
 #include "products/atlas/flat.h"
 #include "products/atlas/mask.h"
@@ -15,6 +16,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
+#include <string.h>
 
 #include <cmocka.h>
 
@@ -317,6 +319,72 @@ static void seams_in_grooves(void **state)
     quad_shape_free(&j.shape);
 }
 
+/* ---- blocks */
+
+/* Every quad is a square of so many texels, at whole ones, and neighbours within a block lie side by side. */
+static void lay_blocks(void *user)
+{
+    enum { PER_QUAD = 8 };
+    job *j = user;
+    qw_mesh_view view = quad_shape_view(&j->shape);
+    qw_atlas_mesh mesh = qw_atlas_mesh_of(j->env, &view, NULL, 0, NULL);
+    const qw_block_options options = {.texels = j->texels, .tiles = j->tiles, .per_quad = PER_QUAD};
+    qw_atlas a = qw_make_block_atlas(j->env, &mesh, &options);
+    if (a.charts < 1 || a.charts > j->most_charts || a.packing.tiles > j->tiles)
+        fail_msg("%u blocks in %u tiles", a.charts, a.packing.tiles);
+    assert_int_equal(count_overlaps(&a, j->shape.face_count), 0);
+    for (uint32_t c = 0; c < mesh.corner_count; c++) {
+        const float *p = a.uv + 2 * (size_t)c, *q = a.uv + 2 * (size_t)qw_atlas_next(&mesh, c);
+        double x = fabs((double)(q[0] - p[0])) * j->texels, y = fabs((double)(q[1] - p[1])) * j->texels;
+        assert_true((x == PER_QUAD && y == 0) || (x == 0 && y == PER_QUAD));
+        assert_true(fmod((double)p[0] * j->texels, PER_QUAD) == 0 && fmod((double)p[1] * j->texels, PER_QUAD) == 0);
+        uint32_t t = mesh.twin[c];
+        if (t == QW_NONE || mesh.seam[c]) continue;
+        const float *r = a.uv + 2 * (size_t)qw_atlas_next(&mesh, t);
+        assert_true(r[0] == p[0] && r[1] == p[1]);
+    }
+    double side = (double)PER_QUAD / j->texels;
+    assert_float_equal(a.packing.used, j->shape.face_count * side * side / a.packing.tiles, 1e-9);
+    assert_true(a.packing.used >= j->least_used);
+}
+static void run_blocks(quad_shape shape, uint32_t texels, uint32_t tiles, uint32_t most, double least_used)
+{
+    job j = {.shape = shape, .texels = texels, .tiles = tiles, .most_charts = most, .least_used = least_used};
+    protect(lay_blocks, &j);
+    quad_shape_free(&j.shape);
+}
+static void blocks_are_rectangles(void **state)
+{
+    (void)state;
+    run_blocks(quad_sheet(1, 1, 0, 0, 0), 16, 1, 1, 0);
+    run_blocks(quad_sheet(8, 6, 0, 0, 0), 64, 1, 1, 0.75);
+    run_blocks(quad_sheet(16, 5, 1, 0, 0), 128, 1, 1, 0);
+    run_blocks(quad_sheet(24, 12, 1, 1, 0), 256, 1, 4, 0);
+    run_blocks(quad_sheet(24, 4, 1, 0, 1), 256, 1, 4, 0);
+    run_blocks(quad_sphere(6), 128, 1, 24, 0.8);
+    run_blocks(quad_sphere(8), 64, 6, 6, 1);
+    run_blocks(quad_sheet(60, 40, 0, 0, 0), 128, 12, 240, 0.9);
+}
+
+static void refuse_blocks(void *user)
+{
+    job *j = user;
+    qw_mesh_view view = quad_shape_view(&j->shape);
+    qw_atlas_mesh mesh = qw_atlas_mesh_of(j->env, &view, NULL, 0, NULL);
+    const qw_block_options options = {.texels = 32, .tiles = 1, .per_quad = 8};
+    qw_make_block_atlas(j->env, &mesh, &options);
+}
+static void blocks_that_do_not_fit(void **state)
+{
+    (void)state;
+    job j = {.shape = quad_sphere(4)};
+    j.env = qw_env_create(NULL, 1);
+    assert_int_equal(qw_protect(j.env, refuse_blocks, &j), QW_ARGUMENT);
+    assert_non_null(strstr(qw_env_message(j.env), "8 texels a quad need"));
+    qw_env_destroy(j.env);
+    quad_shape_free(&j.shape);
+}
+
 /* ---- tiles */
 
 static void fill_tiles(void *user)
@@ -489,6 +557,8 @@ QW_TEST_SUITE(atlas)
         cmocka_unit_test(mirrored_seams),
         cmocka_unit_test(one_outline_only),
         cmocka_unit_test(seams_in_grooves),
+        cmocka_unit_test(blocks_are_rectangles),
+        cmocka_unit_test(blocks_that_do_not_fit),
         cmocka_unit_test(several_tiles),
         cmocka_unit_test(places_on_a_board),
         cmocka_unit_test(envelope_solves),

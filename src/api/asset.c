@@ -3,6 +3,7 @@
 #include "api/asset.h"
 
 #include "api/context.h"
+#include "products/atlas/blocks.h"
 #include "products/atlas/seen.h"
 #include "whole/kept_rims.h"
 
@@ -84,11 +85,14 @@ static void unwrap(void *user)
                                          .margin = (uint32_t)o->margin,
                                          .tiles = (uint32_t)o->tiles,
                                          .scale = ldexp(o->texel_density / (double)o->texture, -exponent)}};
-    options.weight = qw_seam_weights(c->env, &mesh);
+    if (o->unwrap_grid == 0) options.weight = qw_seam_weights(c->env, &mesh);
     const qw_mirror_plane *plane = &c->run.mirror.plane;
-    if (c->run.mirror.is_used)
+    if (c->run.mirror.is_used && o->unwrap_grid == 0)
         options.mirror = qw_mirrored_corners(c->env, &mesh, plane->normal, ldexp(plane->offset, exponent));
-    asset->atlas = qw_make_atlas(c->env, &mesh, &options);
+    const qw_block_options blocks = {
+        .texels = options.pack.texels, .tiles = options.pack.tiles, .per_quad = (uint32_t)o->unwrap_grid};
+    asset->atlas = o->unwrap_grid > 0 ? qw_make_block_atlas(c->env, &mesh, &blocks)
+                                      : qw_make_atlas(c->env, &mesh, &options);
     asset->atlas.seam_length = ldexp(asset->atlas.seam_length, -exponent);
     asset->atlas.packing.scale = ldexp(asset->atlas.packing.scale, exponent);
     qw_keep(c->env, asset->atlas.uv), qw_keep(c->env, asset->atlas.chart);

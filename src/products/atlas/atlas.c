@@ -136,9 +136,7 @@ qw_atlas qw_make_atlas(qw_env *env, qw_atlas_mesh *mesh, const qw_atlas_options 
     atlas.charts = made.count, atlas.patches = made.patches;
     atlas.packing = qw_pack(env, k.piece, made.count, &options->pack);
     for (uint32_t a = 0; a < made.count; a++) place_chart(&k, a);
-    for (uint32_t c = 0; c < mesh->corner_count; c++)
-        if (mesh->seam[c] && mesh->twin[c] != QW_NONE && c < mesh->twin[c])
-            atlas.seam_length += qw_atlas_edge_length(mesh, c);
+    atlas.seam_length = qw_seam_length(mesh);
     qw_scope_end(env);
     return atlas;
 }

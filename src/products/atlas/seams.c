@@ -42,6 +42,14 @@ double qw_atlas_edge_length(const qw_atlas_mesh *m, uint32_t c)
     return sqrt(x * x + y * y + z * z);
 }
 
+double qw_seam_length(const qw_atlas_mesh *m)
+{
+    double sum = 0;
+    for (uint32_t c = 0; c < m->corner_count; c++)
+        if (m->seam[c] && m->twin[c] != QW_NONE && c < m->twin[c]) sum += qw_atlas_edge_length(m, c);
+    return sum;
+}
+
 /* ---- lines */
 
 typedef struct riders {

@@ -55,6 +55,9 @@ static inline void qw_set_seam(const qw_atlas_mesh *m, uint32_t c, uint8_t is_se
 }
 double qw_atlas_edge_length(const qw_atlas_mesh *m, uint32_t c);
 
+/* Of all seams, boundaries of the mesh left out. */
+double qw_seam_length(const qw_atlas_mesh *m);
+
 /* Cuts the mesh into patches: lines leave irregular vertices, ends and corners of walls along every edge and go
    straight on until they meet another line or a wall (the motorcycle graph: Eppstein et al. 2008). Every patch is a
    disk. Sets the seams. */
