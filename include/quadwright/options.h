@@ -80,6 +80,10 @@ typedef struct qw_options {
        close sharp edges, 1 as people have them: small where there is much to see; the number of quads stays;
        0.0 to 1.0, 0.5 by default */
     double adaptive;
+    /* closed rings of quads around the necks of what sticks out or in (fingers, limbs, ears, sockets, mouths):
+       0 around none, to 1 around all that are found and have room for six quads around; 0.0 to 1.0, 0.0 by
+       default */
+    double rings;
     /* how much the quads run along the directions in which the surface bends most and least: 0 gives the fewest
        irregular vertices, 1 follows the shape most; 0.0 to 1.0, 0.5 by default */
     double follow;
