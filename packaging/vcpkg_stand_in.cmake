@@ -1,5 +1,6 @@
 # What vcpkg gives a port's script, as far as ports/quadwright calls it, with the archive at hand: cmake -DARCHIVE_FILE= -DPORT_FOLDER= -DPREFIX= -DWORK=
 # -DLINKAGE=static|dynamic -P. Each function checks what it is called with and does it by plain CMake.
+cmake_minimum_required(VERSION 3.18)
 set(PORT quadwright)
 set(VCPKG_LIBRARY_LINKAGE ${LINKAGE})
 set(CURRENT_PACKAGES_DIR ${PREFIX})
