@@ -30,9 +30,9 @@ test-long: test
 # The user's MESH, or a bracket made here: sharp edges, holes, handles.
 demo: all
 	@mkdir -p out
-	@mesh="$(MESH)"; if [ -z "$$mesh" ]; then mesh=out/demo-input.obj; $(BUILD)/quadwright-shapes bracket 12000 $$mesh; fi; \
-	$(BUILD)/quadwright "$$mesh" -o out/demo-quads.obj --json out/demo.json $(DEMO_FLAGS) && \
-	$(BUILD)/quadwright render out/demo-quads.obj -o out/demo.png && \
+	@mesh="$(MESH)"; if [ -z "$$mesh" ]; then mesh=out/demo-input.obj; $(BUILD)/quadwright-shapes bracket 12000 $$mesh; own="--preset cad"; fi; \
+	$(BUILD)/quadwright "$$mesh" -o out/demo-quads.obj --json out/demo.json $$own $(DEMO_FLAGS) && \
+	$(BUILD)/quadwright render "$$mesh" out/demo-quads.obj -o out/demo.png && \
 	echo "the quads: out/demo-quads.obj   the picture: out/demo.png   the report: out/demo.json"
 
 install: all
@@ -62,10 +62,14 @@ format:
 	@tools/check-format --fix
 
 # The manual as the program knows it: a page, a man page, and completions for shells.
-docs: all
+docs: include/quadwright/options.h all
 	@mkdir -p docs/man tools/completions
 	@set -e; m=$(BUILD)/quadwright-manual; $$m markdown > docs/cli.md; $$m man > docs/man/quadwright.1; $$m bash > tools/completions/quadwright.bash; \
 	$$m zsh > tools/completions/_quadwright; $$m fish > tools/completions/quadwright.fish
+
+# After a new row of the table this comes before a build: make docs.
+include/quadwright/options.h: include/quadwright/options.def tools/options-header
+	@awk -f tools/options-header $< > $@
 
 # The pictures of docs/guides, by the commands that the pages show.
 guide-pictures: all

@@ -41,14 +41,14 @@ static bool same_text(const char *a, const char *b, bool fold)
 
 static qw_status parse_format(parser *p, const char *value)
 {
-    static const char *const names[] = {"auto", "obj", "ply", "off", NULL, "glb",
+    static const char *const names[] = {"auto", "obj", "ply", "off", "stl", "glb",
                                         "gltf", "msh", "vtu", "inp", "bdf"}; /* as qw_format has them */
     for (int i = 0; i <= QW_FORMAT_BDF; i++)
-        if (names[i] && same_text(value, names[i], true)) {
+        if (same_text(value, names[i], true)) {
             p->out->format = (qw_format)i;
             return QW_OK;
         }
-    return refuse(p, QW_ARGUMENT, "--format must be obj, ply, off, glb, gltf, msh, vtu, inp or bdf, not \"%.40s\"",
+    return refuse(p, QW_ARGUMENT, "--format must be obj, ply, off, stl, glb, gltf, msh, vtu, inp or bdf, not \"%.40s\"",
                   value);
 }
 
@@ -89,6 +89,9 @@ static qw_status set_input(parser *p, const char *value)
     }
     if (out->input && out->command == QW_COMMAND_RENDER)
         return refuse(p, QW_ARGUMENT, "a picture holds at most %d meshes", QW_MOST_PANELS);
+    if (out->input && !out->output && (out->command == QW_COMMAND_REMESH || out->command == QW_COMMAND_ASSET))
+        return refuse(p, QW_ARGUMENT, "two inputs were named: %.80s and %.80s; the result is named by -o: -o %.80s",
+                      out->input, value, value);
     if (out->input) return refuse(p, QW_ARGUMENT, "two inputs were named: %.80s and %.80s", out->input, value);
     out->input = value;
     return QW_OK;
@@ -145,6 +148,16 @@ static bool is_wrap_value(const qw_option_info *info, const char *word)
            word[strspn(word, ".0123456789eE+-q")] == 0;
 }
 
+/* Where a switch belongs that this command does not take; NULL: no command has it. */
+static const char *owner_of(const char *name)
+{
+    const qw_switch_row *row;
+    for (size_t i = 0; (row = qw_switch_at(i)); i++)
+        for (int c = 0; row->name && strcmp(row->name, name) == 0 && c < QW_COMMAND_COUNT; c++)
+            if (row->commands & 1 << c) return qw_command_name((qw_command)c);
+    return option_named(name) || asset_option_named(name) ? qw_command_name(QW_COMMAND_REMESH) : NULL;
+}
+
 static qw_status take_option(parser *p, const char *name, char *inline_value)
 {
     const qw_option_info *info = option_named(name), *asset = info ? NULL : asset_option_named(name);
@@ -158,6 +171,9 @@ static qw_status take_option(parser *p, const char *name, char *inline_value)
         if (info && info->kind == QW_KIND_FLAG) return set_option(p, info->name, "off");
         info = NULL;
     }
+    if (!info && owner_of(name))
+        return refuse(p, QW_ARGUMENT, "--%s belongs to the command %s: quadwright %s ...", name, owner_of(name),
+                      owner_of(name));
     if (!info) {
         qw_status status = set_option(p, name, "");
         return status == QW_OK ? refuse(p, QW_OPTION, "unknown option \"%.40s\"", name) : status;
@@ -405,6 +421,9 @@ static qw_status take_switch(parser *p, const char *word)
 
     const qw_switch_row *row = switch_named(p, name, two_dashes);
     if (!row && two_dashes && (qw_takes_options(p->out->command))) return take_option(p, name, inline_value);
+    if (!row && two_dashes && owner_of(name))
+        return refuse(p, QW_ARGUMENT, "--%s belongs to the command %s, not to %s", name, owner_of(name),
+                      qw_command_name(p->out->command));
     if (!row) return refuse(p, QW_ARGUMENT, "unknown switch \"%.60s\"; quadwright help lists them", word);
     const char *value = NULL;
     if (row->value) {
@@ -440,6 +459,7 @@ static qw_status settle_format(parser *p)
     if (strcmp(a->output, "-") == 0 || ends_with(a->output, ".obj")) return QW_OK;
     if (ends_with(a->output, ".ply")) a->format = QW_FORMAT_PLY;
     else if (ends_with(a->output, ".off")) a->format = QW_FORMAT_OFF;
+    else if (ends_with(a->output, ".stl")) a->format = QW_FORMAT_STL;
     else if (ends_with(a->output, ".glb")) a->format = QW_FORMAT_GLB;
     else if (ends_with(a->output, ".gltf")) a->format = QW_FORMAT_GLTF;
     else if (ends_with(a->output, ".msh")) a->format = QW_FORMAT_MSH;
@@ -447,11 +467,12 @@ static qw_status settle_format(parser *p)
     else if (ends_with(a->output, ".inp")) a->format = QW_FORMAT_INP;
     else if (ends_with(a->output, ".bdf")) a->format = QW_FORMAT_BDF;
     else
-        return refuse(p, QW_FORMAT_UNKNOWN,
-                      "the ending of %.200s names no format that can be written; use .obj, .ply, .off, .glb, .gltf, "
-                      ".msh, .vtu, .inp or .bdf, "
-                      "or --format",
-                      a->output);
+        return refuse(
+            p, QW_FORMAT_UNKNOWN,
+            "the ending of %.200s names no format that can be written; use .obj, .ply, .off, .stl, .glb, .gltf, "
+            ".msh, .vtu, .inp or .bdf, "
+            "or --format",
+            a->output);
     return QW_OK;
 }
 
@@ -484,7 +505,9 @@ static qw_status check_normals(parser *p)
     if (status == QW_OK) status = check_bake(p);
     if (status == QW_OK) status = check_unwrap(p);
     if (status != QW_OK || !a->output || a->normals < QW_NORMALS_SMOOTH) return status;
-    if (a->format == QW_FORMAT_OFF) return refuse(p, QW_ARGUMENT, "--normals: OFF holds none; use OBJ, PLY or GLB");
+    if (a->format == QW_FORMAT_OFF || a->format == QW_FORMAT_STL)
+        return refuse(p, QW_ARGUMENT, "--normals: %s holds none of vertices; use OBJ, PLY or GLB",
+                      a->format == QW_FORMAT_OFF ? "OFF" : "STL");
     if (a->format == QW_FORMAT_PLY && a->normals == QW_NORMALS_SPLIT)
         return refuse(p, QW_ARGUMENT, "--normals split: PLY holds one normal a vertex; use smooth, or OBJ or GLB");
     return QW_OK;
@@ -605,7 +628,8 @@ static qw_status parse_words(parser *p)
             status = set_input(p, word);
         else status = take_switch(p, word);
         if (status != QW_OK) return status;
-        if (out->command == QW_COMMAND_HELP || out->command == QW_COMMAND_OPTIONS) return QW_OK;
+        if (out->command == QW_COMMAND_HELP || out->command == QW_COMMAND_OPTIONS || out->command == QW_COMMAND_VERSION)
+            return QW_OK;
     }
     return QW_OK;
 }

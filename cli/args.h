@@ -22,6 +22,7 @@ typedef enum qw_command {
     QW_COMMAND_RENDER,
     QW_COMMAND_BATCH,
     QW_COMMAND_OPTIONS,
+    QW_COMMAND_VERSION,
     QW_COMMAND_HELP
 } qw_command;
 

@@ -16,6 +16,7 @@ static const qw_usage_row usages[] = {
     {"quadwright render MESH... -o PICTURE.png", "pictures of one mesh, or of several side by side"},
     {"quadwright batch FOLDER|LIST|- --out FOLDER", "many models; goes on where it was ended"},
     {"quadwright options", "the options as a tab-separated table"},
+    {"quadwright version", "the version, as --version and -V"},
     {"quadwright help [TOPIC|OPTION|all]", "the manual, or a part of it"},
 };
 enum { USAGE_COUNT = sizeof usages / sizeof usages[0], USAGE_WIDTH = 52 };
@@ -87,12 +88,19 @@ static void put_option(FILE *file, const qw_option_info *info)
     qw_option_usage(info, usage, sizeof usage);
     qw_option_initial(info, initial, sizeof initial);
     fprintf(file, "  %s", usage);
+    /* 0 leaves a target out, and is refused where it is typed */
+    const char *unasked = strstr(info->help, " (0: not asked for)");
     if (info->kind == QW_KIND_COUNT || info->kind == QW_KIND_REAL) {
-        fprintf(file, "  (%.15g to %.15g", info->least, info->most);
+        bool is_real_target = unasked && info->kind == QW_KIND_REAL;
+        fprintf(file, "  (%s%.15g to %.15g", is_real_target ? "above " : "",
+                unasked && !is_real_target ? 1 : info->least, info->most);
         fprintf(file, strcmp(info->unit, "-") ? " %s)" : ")", info->unit);
     }
-    fprintf(file, "  [%s]\n", initial);
-    put_wrapped(file, info->help);
+    fprintf(file, "  [%s]\n", unasked ? "not asked for" : initial);
+    char help[1024];
+    snprintf(help, sizeof help, "%.*s", (int)(unasked ? unasked - info->help : (ptrdiff_t)strlen(info->help)),
+             info->help);
+    put_wrapped(file, help);
 }
 
 static void put_switch(FILE *file, const qw_switch_row *row)
@@ -121,20 +129,23 @@ static void put_usage(FILE *file)
 
 static void put_formats(FILE *file)
 {
-    fputs("  Reads OBJ, PLY, OFF, STL, GLB and glTF, judged by their contents. Writes OBJ, PLY, OFF, GLB and glTF, "
-          "whole or\n"
-          "  not at all.\n"
-          "  Without a target the result has a quarter as many quads as the input has triangles, from 100 to 20000.\n",
-          file);
+    fputs(
+        "  Reads OBJ, PLY, OFF, STL, GLB and glTF, judged by their contents. Writes OBJ, PLY, OFF, STL, GLB and glTF, "
+        "whole or\n"
+        "  not at all.\n"
+        "  Without a target the result has a quarter as many quads as the input has triangles, from 100 to 20000.\n",
+        file);
+}
+
+static void put_preset(FILE *file, const qw_preset_info *preset)
+{
+    fprintf(file, "  %-12s  %s\n", preset->name, preset->settings);
+    put_wrapped(file, preset->help);
 }
 
 static void put_presets(FILE *file)
 {
-    const qw_preset_info *preset;
-    for (size_t i = 0; (preset = qw_preset_at(i)); i++) {
-        fprintf(file, "  %-12s  %s\n", preset->name, preset->settings);
-        put_wrapped(file, preset->help);
-    }
+    for (size_t i = 0; qw_preset_at(i); i++) put_preset(file, qw_preset_at(i));
 }
 
 static void put_quadriflow(FILE *file)
@@ -245,7 +256,7 @@ const char *qw_topic_at(size_t index)
     return index < TOPIC_COUNT ? topics[index].name : index == TOPIC_COUNT ? "all" : NULL;
 }
 
-/* Prints the option and the switches of this name, and says whether there were any. */
+/* Prints the option, the preset and the switches of this name, and says whether there were any. */
 static bool put_named(FILE *file, const char *name)
 {
     bool any = false;
@@ -263,6 +274,12 @@ static bool put_named(FILE *file, const char *name)
     for (size_t i = 0; i < qw_asset_option_count(); i++)
         if (qw_same_name(qw_asset_option_at(i)->name, name)) {
             put_option(file, qw_asset_option_at(i));
+            any = true;
+        }
+    for (size_t i = 0; qw_preset_at(i); i++)
+        if (strcmp(qw_preset_at(i)->name, name) == 0) {
+            fputs("a preset: --preset NAME\n\n", file);
+            put_preset(file, qw_preset_at(i));
             any = true;
         }
     return any;
@@ -296,11 +313,14 @@ void qw_print_screen(FILE *file)
 {
     fprintf(file, "quadwright %s: any triangle surface in, a clean all-quad mesh out\n\n", qw_version());
     put_usage(file);
-    fputs("\nReads OBJ, PLY, OFF, STL, GLB and glTF; writes OBJ, PLY, OFF, GLB and glTF. Most used:\n"
+    fputs("\nReads OBJ, PLY, OFF, STL, GLB and glTF; writes OBJ, PLY, OFF, STL, GLB and glTF. Most used:\n"
           "  -o FILE        the result; the ending of its name says the format\n"
           "  --faces N      how many quads; or --edge-length X, --vertices N, --ratio X\n"
-          "  --preset NAME  what suits a scan, a character, cad, a game, a print\n"
-          "  --adaptive X   0: quads of one size; to 1: small where there is much to see\n"
+          "  --preset NAME  what suits a kind of surface: ",
+          file);
+    const qw_preset_info *preset;
+    for (size_t i = 0; (preset = qw_preset_at(i)); i++) fprintf(file, "%s%s", i ? ", " : "", preset->name);
+    fputs("\n  --adaptive X   0: quads of one size; to 1: small where there is much to see\n"
           "  --symmetry any          both sides alike\n"
           "  --sharp auto|none|30    which edges are sharp, by an angle in degrees\n"
           "  --keep seams,materials  edges of the result follow these borders\n"

@@ -3,6 +3,7 @@
 #include "progress.h"
 #include "summary.h"
 #include "system.h"
+#include "without_effect.h"
 
 #include "base/report.h"
 
@@ -126,16 +127,18 @@ int main(int argc, char **argv)
         fprintf(stderr,
                 "quadwright: --memory-limit %s means %sM; say so, as numbers without a unit are bytes elsewhere\n",
                 arguments.bare_memory_limit, arguments.bare_memory_limit);
-    if (arguments.version) {
+    if (arguments.version || arguments.command == QW_COMMAND_VERSION) {
         printf("quadwright %s\n", qw_version());
         return finish_printing();
     }
+    if (qw_takes_options(arguments.command) && !arguments.quiet) qw_say_idle(stderr, &arguments);
     switch (arguments.command) {
     case QW_COMMAND_ASSET:
     case QW_COMMAND_REMESH: return qw_command_remesh(&arguments);
     case QW_COMMAND_MEASURE: return qw_command_measure(&arguments);
     case QW_COMMAND_RENDER: return qw_command_render(&arguments);
     case QW_COMMAND_BATCH: return qw_command_batch(&arguments);
+    case QW_COMMAND_VERSION: break; /* above */
     case QW_COMMAND_OPTIONS: qw_print_options(stdout); break;
     case QW_COMMAND_HELP: return help(arguments.input);
     }

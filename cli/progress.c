@@ -41,10 +41,6 @@ int qw_meter_progress(void *user, qw_stage stage, double fraction)
     int percent = (int)(100 * fraction);
     if (meter->quiet || meter->ended) return 0;
     if (meter->terminal) draw_bar(meter, stage, percent, qw_seconds_now());
-    else if ((int)stage != meter->stage) {
-        fprintf(stderr, "%3d %%  %s\n", percent, qw_stage_title(stage));
-        meter->stage = (int)stage;
-    }
     return 0;
 }
 

@@ -15,7 +15,7 @@ static const qw_switch_row switches[] = {
      "the mesh to read; the same as naming it without a switch; - is standard input"},
     {SWITCH_OUTPUT, REMESH | RENDER, "output", "o", "FILE", NULL, NULL,
      "where the result goes; - is standard output, the default when the input is -; the ending names the format: .obj, "
-     ".ply, .off, .glb, .gltf, or for simulation .msh, .vtu, .inp or .bdf "
+     ".ply, .off, .stl (quads in two), .glb, .gltf, or for simulation .msh, .vtu, .inp or .bdf "
      "(render: .png)"},
     {SWITCH_OUTPUT, BATCH, "out", "o", "FOLDER", NULL, NULL, "batch: where quads, records and the report go"},
     {SWITCH_JOBS, BATCH, "jobs", "j", "N", NULL, NULL, "batch: processes at a time, 1 to 256; one a core unless given"},
@@ -27,7 +27,7 @@ static const qw_switch_row switches[] = {
      "let -o name the input itself, which is then replaced by its quads; refused without"},
     {SWITCH_FORCE, BATCH, "force", NULL, NULL, NULL, NULL,
      "batch: replace results in the folder that were made with other options; refused without"},
-    {SWITCH_FORMAT, REMESH | BATCH, "format", NULL, "obj|ply|off|glb|gltf|msh|vtu|inp|bdf", NULL, NULL,
+    {SWITCH_FORMAT, REMESH | BATCH, "format", NULL, "obj|ply|off|stl|glb|gltf|msh|vtu|inp|bdf", NULL, NULL,
      "format of the result, whatever its name"},
     {SWITCH_JSON, REMESH, "json", NULL, "FILE", NULL, NULL, "write the whole report there; - is standard output"},
     {SWITCH_JSON, MEASURE, "json", NULL, NULL, NULL, NULL, "measure: print the figures as JSON"},
@@ -140,7 +140,7 @@ static const qw_switch_row switches[] = {
     {SWITCH_QUIET, ALL, "quiet", "q", NULL, NULL, NULL, "no progress and no summary; errors are still said"},
     {SWITCH_VERBOSE, REMESH, "verbose", "v", NULL, NULL, NULL, "say everything that the stages log"},
     {SWITCH_HELP, ALL, "help", "h", NULL, NULL, NULL, "the most used options, or what a command takes"},
-    {SWITCH_VERSION, ALL, "version", NULL, NULL, NULL, NULL, "the version"},
+    {SWITCH_VERSION, ALL, "version", "V", NULL, NULL, NULL, "the version"},
     {SWITCH_STANDS_FOR, REMESH | BATCH, NULL, "f", "N", "faces", NULL, "--faces N"},
     {SWITCH_STANDS_FOR, REMESH | BATCH, NULL, "sharp", NULL, "sharp_angle", "-1", "--sharp-angle -1"},
     {SWITCH_STANDS_FOR, REMESH | BATCH, NULL, "boundary", NULL, "align_boundary", "on", "--align-boundary"},
@@ -154,7 +154,7 @@ enum { SWITCH_COUNT = sizeof switches / sizeof switches[0] };
 const qw_switch_row *qw_switch_at(size_t index) { return index < SWITCH_COUNT ? &switches[index] : NULL; }
 
 static const char *const command_names[QW_COMMAND_COUNT] = {"remesh", "asset",   "measure", "render",
-                                                            "batch",  "options", "help"};
+                                                            "batch",  "options", "version", "help"};
 
 const char *qw_command_name(qw_command command) { return command_names[command]; }
 

@@ -1,4 +1,4 @@
-/* The shortest useful program: a mesh in memory -> quads. The marked lines are the example of docs/c.md. */
+/* The shortest useful program: a mesh in memory becomes quads. */
 #include <quadwright/quadwright.h>
 #include <stdio.h>
 
@@ -9,7 +9,6 @@ static const uint32_t corners[][3] = {{0, 2, 1}, {0, 3, 2}, {4, 5, 6}, {4, 6, 7}
 
 int main(void)
 {
-    /* example begins */
     qw_mesh_view cube = {.size = sizeof cube,
                          .vertex_count = 8,
                          .face_count = 12,
@@ -19,12 +18,12 @@ int main(void)
     qw_options options;
     qw_options_init(&options);
     options.faces = 600;
+    options.symmetry = QW_SYMMETRY_NONE; /* each choice has a constant: quadwright/options.h */
 
     qw_result *result;
     qw_status status = qw_remesh(&cube, &options, NULL, &result);
     if (status == QW_OK) printf("%u quads\n", qw_result_mesh(result).face_count);
     else fprintf(stderr, "%s\n", qw_result_message(result));
     qw_result_destroy(result);
-    /* example ends */
     return status != QW_OK;
 }

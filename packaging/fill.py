@@ -149,7 +149,7 @@ def main(arguments):
         raise SystemExit(__doc__)
     stale = []
     if folder:
-        shutil.copytree(HERE, folder / "packaging", dirs_exist_ok=True, ignore=shutil.ignore_patterns("*.py", "__pycache__", "about.toml"))
+        shutil.copytree(HERE, folder / "packaging", dirs_exist_ok=True, ignore=shutil.ignore_patterns("fill.py", "check.py", "*_stand_in.*", "__pycache__", "about.toml"))
     for name, values in fields(about(), folder).items():
         text = filled(name, values)
         if folder:

@@ -1,5 +1,6 @@
 # What vcpkg gives a port's script, as far as ports/quadwright calls it, with the archive at hand: cmake -DARCHIVE_FILE= -DPORT_FOLDER= -DPREFIX= -DWORK=
 # -DLINKAGE=static|dynamic -P. Each function checks what it is called with and does it by plain CMake.
+cmake_minimum_required(VERSION 3.18)
 set(PORT quadwright)
 set(VCPKG_LIBRARY_LINKAGE ${LINKAGE})
 set(CURRENT_PACKAGES_DIR ${PREFIX})
@@ -27,8 +28,8 @@ endfunction()
 
 function(vcpkg_extract_source_archive out)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "ARCHIVE" "")
-  file(ARCHIVE_EXTRACT INPUT ${arg_ARCHIVE} DESTINATION ${WORK}/source)
-  file(GLOB folder ${WORK}/source/*)
+  file(ARCHIVE_EXTRACT INPUT ${arg_ARCHIVE} DESTINATION ${WORK})
+  file(GLOB folder ${WORK}/quadwright-*)
   set(${out} ${folder} PARENT_SCOPE)
 endfunction()
 

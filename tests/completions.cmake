@@ -24,7 +24,19 @@ if(BASH)
   offers("quadwright in.obj" "--no-relax" --no-r)
   offers("quadwright in.obj --preset" "character" c)
   offers("quadwright in.obj --symmetry" "auto" a)
+  offers("quadwright in.obj --preset =" "character" c)
+  offers("quadwright in.obj --preset" "character" =)
   offers("quadwright help" "symmetry" sym)
+  file(WRITE ${WORK}/ask.bash "source ${ROOT}/tools/completions/quadwright.bash
+cd ${ROOT}
+COMP_WORDS=(quadwright in.obj --preset \"\"); COMP_CWORD=3; _quadwright; printf '%s\\n' \"\${COMPREPLY[@]}\"
+COMP_WORDS=(quadwright in.obj --sharp \"\"); COMP_CWORD=3; _quadwright; printf '%s\\n' \"\${COMPREPLY[@]}\"
+COMP_WORDS=(quadwright in.obj --); COMP_CWORD=2; _quadwright; printf '%s\\n' \"\${COMPREPLY[@]}\" | sort | uniq -d
+")
+  execute_process(COMMAND ${BASH} --norc ${WORK}/ask.bash OUTPUT_VARIABLE said)
+  if(NOT said MATCHES "soup\n" OR said MATCHES "README.md|ANGLE|--")
+    message(FATAL_ERROR "bash: files, a value's name or a word twice are offered:\n${said}")
+  endif()
   list(APPEND tried bash)
 endif()
 foreach(pair "ZSH;_quadwright" "FISH;quadwright.fish")

@@ -85,6 +85,7 @@ static const change changes[] = {
     {"evenness", "0.9"},     {"sharp_marks", "on"},
     {"keep_marks", "on"},    {"min_component", "0.1"},
     {"outward", "off"},      {"follow", "0"},
+    {"rings", "1"},          {"around", "12"},
     {"symmetry", "x"},       {"symmetry_follow", "on"},
     {"symmetry_x", "1"},     {"symmetry_y", "1"},
     {"symmetry_z", "1"},     {"symmetry_offset", "0.2"},

@@ -121,9 +121,13 @@ static void bad_command_lines(void **state)
     refused("in.obj -o bad.obj --face 3", QW_OPTION, "did you mean \"faces\"");
     refused("in.obj -o bad.obj -zz", QW_ARGUMENT, "-zz");
     refused("in.obj -o bad.obj --quiet=yes", QW_ARGUMENT, "takes no value");
-    refused("in.obj -o bad.obj --format png", QW_ARGUMENT, "obj, ply, off, glb, gltf, msh, vtu, inp or bdf");
-    refused("in.obj -o bad.stl", QW_FORMAT_UNKNOWN, ".obj, .ply, .off, .glb, .gltf, .msh, .vtu, .inp or .bdf");
-    refused("in.obj -o bad", QW_FORMAT_UNKNOWN, ".obj, .ply, .off, .glb, .gltf, .msh, .vtu, .inp or .bdf");
+    refused("in.obj -o bad.obj --format png", QW_ARGUMENT, "obj, ply, off, stl, glb, gltf, msh, vtu, inp or bdf");
+    refused("in.obj -o bad.fbx", QW_FORMAT_UNKNOWN, ".obj, .ply, .off, .stl, .glb, .gltf, .msh, .vtu, .inp or .bdf");
+    refused("in.obj -o bad", QW_FORMAT_UNKNOWN, ".obj, .ply, .off, .stl, .glb, .gltf, .msh, .vtu, .inp or .bdf");
+    refused("in.obj sheet.obj", QW_ARGUMENT, "the result is named by -o: -o sheet.obj");
+    refused("in.obj -o bad.obj --retry", QW_ARGUMENT, "belongs to the command batch");
+    refused("in.obj -o bad.obj --views 2", QW_ARGUMENT, "belongs to the command render");
+    refused("in.obj -o bad.stl --normals smooth", QW_ARGUMENT, "STL holds none");
     refused("in.obj --dump-stage nothing:bad", QW_ARGUMENT, "STAGE:FILE");
     refused("in.obj --dump-stage quads", QW_ARGUMENT, "STAGE:FILE");
     refused("in.obj --from-stage x -o bad.obj", QW_ARGUMENT, "--from-stage");
@@ -218,14 +222,55 @@ static void measure_visible(void **state)
     refused("measure in.obj --visible", QW_ARGUMENT, "--against");
 }
 
+/* What changes nothing is said, and so is an edge that is longer than the model. */
+static void without_effect(void **state)
+{
+    (void)state;
+    assert_non_null(strstr(tool("sheet.obj -o idle.obj --texture 512")->err, "--texture has no effect without --bake"));
+    assert_non_null(strstr(tool("sheet.obj -o idle.obj --texel-density 9")->err, "--texel-density has no effect"));
+    assert_null(strstr(tool("sheet.obj -o idle.glb --bake normal --texture 64")->err, "no effect"));
+    assert_non_null(strstr(tool("sheet.obj -o idle.obj --wrap-quads 2")->err, "wrap_quads has no effect without wrap"));
+    assert_non_null(strstr(tool("sheet.obj -o idle.obj --region-rim free")->err, "without a region"));
+    assert_non_null(strstr(tool("sheet.obj -o idle.obj --symmetry-x 1")->err, "without symmetry plane"));
+    assert_null(strstr(tool("sheet.obj -o idle.obj --symmetry 1,0,0,0.5")->err, "no effect"));
+    assert_non_null(strstr(tool("sheet.obj -o idle.obj --patches-from blocks")->err, "without --patches"));
+    assert_null(strstr(tool("sheet.obj -o idle.obj --texture 512 --quiet")->err, "no effect"));
+    assert_non_null(
+        strstr(tool("sheet.obj -o idle.obj --edge-length 50")->err, "edges of 50 were asked for, longer than"));
+}
+
+/* Quads go into STL in two; what is read again is the same surface. */
+static void stl_is_written(void **state)
+{
+    (void)state;
+    assert_int_equal(tool("in.obj -o whole.obj --faces 600 --preset print")->code, 0);
+    assert_int_equal(tool("in.obj -o whole.stl --faces 600 --preset print")->code, 0);
+    double quads = figure(tool("measure whole.obj"), "quads");
+    outcome *o = tool("measure whole.stl --against whole.obj");
+    assert_true(figure(o, "triangles") == 2 * quads && figure(o, "flipped_faces") == 0);
+    assert_true(figure(o, "euler") == -10 && figure(o, "chamfer") < 0.1);
+}
+
+static void said_of_words(void **state)
+{
+    (void)state;
+    assert_memory_equal(tool("version")->out, "quadwright 0.", 13);
+    assert_memory_equal(tool("-V")->out, "quadwright 0.", 13);
+    assert_non_null(strstr(tool("help cad")->out, "a preset: --preset NAME"));
+    assert_non_null(strstr(tool("help soup")->out, "a preset: --preset NAME"));
+    assert_non_null(strstr(tool("--help")->out, "print, soup"));
+    assert_non_null(strstr(tool("help faces")->out, "(1 to 20000000 faces)  [not asked for]"));
+    assert_int_equal(shell("printf 'ISO-10303-21;\\n' > part.step"), 0);
+    refused("part.step -o bad.obj", QW_FORMAT_UNKNOWN, "gmsh FILE.step -2 -o FILE.stl");
+}
+
 static void main_job(void **state)
 {
     (void)state;
     outcome *o = tool("in.obj -o out.ply --faces 600 --json report.json");
     assert_int_equal(o->code, 0);
     assert_string_equal(o->out, "");
-    if (!strstr(o->err, "orientation field")) print_error("it said: %s\n", o->err);
-    assert_non_null(strstr(o->err, "orientation field")); /* a plain line a stage, as this is no terminal */
+    assert_memory_equal(o->err, "in: ", 4); /* no progress, as this is no terminal */
     assert_null(strchr(o->err, '\r'));
     assert_non_null(strstr(o->err, "600 asked for"));
     assert_null(strstr(o->err, " 0 quads")); /* the report is of the result */
@@ -514,7 +559,7 @@ static void interrupt_leaves_nothing(void **state)
             close(ends[0]);
             if (chdir(FOLDER) == 0)
                 execl(QW_BINARY_DIR "/quadwright", "quadwright", "big.obj", "-o", "cut.obj", "--json", "cut.json", "-f",
-                      "60000", (char *)NULL);
+                      "60000", "-v", (char *)NULL);
             _exit(127);
         }
         close(ends[1]);
@@ -616,6 +661,9 @@ QW_TEST_SUITE(cli)
         cmocka_unit_test(no_number),
         cmocka_unit_test(bad_files),
         cmocka_unit_test(main_job),
+        cmocka_unit_test(without_effect),
+        cmocka_unit_test(stl_is_written),
+        cmocka_unit_test(said_of_words),
         cmocka_unit_test(measure_visible),
         cmocka_unit_test(manual_and_table),
         cmocka_unit_test(help_in_parts),

@@ -3,6 +3,8 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
+#include "remesh/meetings/strip_search.h"
+#include "remesh/meetings/strips.h"
 #include "remesh/meetings/tries.h"
 #include "remesh/quantise/circuits.h"
 #include "remesh/quantise/closed.h"
@@ -469,6 +471,203 @@ static void lanes_agree(void **state)
     qw_env_destroy(alone);
 }
 
+/* ---- strips */
+
+/* The middle of a quad in the frame of triangle `face`, from its first corner, in halves of a quad; and a direction
+   there, a quarter turn of that frame. */
+typedef struct middle {
+    uint32_t face;
+    qw_int2 at;
+    unsigned quarter;
+} middle;
+
+/* Double the area left of side i of the middle's triangle. */
+static int64_t left_of_side(const qw_complex *c, middle p, uint32_t i)
+{
+    qw_int2 corner = {0, 0}, side = qw_steps_along(c, 3 * p.face + i);
+    for (uint32_t k = 0; k < i; k++) corner = qw_int2_add(corner, qw_steps_along(c, 3 * p.face + k));
+    return (int64_t)side.x * (p.at.y - 2 * corner.y) - (int64_t)side.y * (p.at.x - 2 * corner.x);
+}
+
+/* The same middle, seen from the triangle across side i. */
+static middle seen_across(const qw_complex *c, middle p, uint32_t i)
+{
+    uint32_t h = 3 * p.face + i, t = qw_across(c, h);
+    unsigned turn = (4u - qw_turn_across(c, 0, h, t)) & 3u;
+    qw_int2 corner = {0, 0}, there = {0, 0};
+    for (uint32_t k = 0; k < i; k++) corner = qw_int2_add(corner, qw_steps_along(c, 3 * p.face + k));
+    for (uint32_t k = 3 * (t / 3); k <= t; k++) there = qw_int2_add(there, qw_steps_along(c, k)); /* h begins there */
+    qw_int2 from = qw_turn(turn, (qw_int2){p.at.x - 2 * corner.x, p.at.y - 2 * corner.y});
+    return (middle){t / 3, {from.x + 2 * there.x, from.y + 2 * there.y}, (p.quarter + turn) & 3u};
+}
+
+/* A middle on a side belongs to the triangle with the lower number. */
+static middle named(const qw_complex *c, middle p)
+{
+    for (uint32_t i = 0; i < 3; i++)
+        if (left_of_side(c, p, i) == 0 && qw_across(c, 3 * p.face + i) / 3 < p.face) return seen_across(c, p, i);
+    return p;
+}
+
+/* The next quad straight on: through the triangles between, each left by the side that the way crosses. */
+static middle next_quad(const qw_complex *c, middle p)
+{
+    qw_int2 step = qw_turn(p.quarter, (qw_int2){2, 0});
+    middle q = {p.face, qw_int2_add(p.at, step), p.quarter};
+    for (uint32_t guard = 0; guard < 1000; guard++) {
+        uint32_t out = 3;
+        double first = 2;
+        for (uint32_t i = 0; i < 3; i++) { /* left of a side at first, or behind it already, and not at last */
+            double b = (double)left_of_side(c, q, i);
+            middle begin = {q.face, qw_int2_sub(q.at, qw_turn(q.quarter, (qw_int2){2, 0})), q.quarter};
+            double a = (double)left_of_side(c, begin, i), share = a / (a - b);
+            if (b < 0 && b < a && share < first) first = share, out = i;
+        }
+        if (out == 3) return named(c, q);
+        q = seen_across(c, q, out);
+    }
+    fail_msg("a way does not end");
+    return q;
+}
+
+static bool is_same_quad(middle a, middle b) { return a.face == b.face && a.at.x == b.at.x && a.at.y == b.at.y; }
+
+/* Whether the strip through p along its quarter comes back to some quad the other way. */
+static bool strip_crosses(const qw_complex *c, middle p)
+{
+    middle way[2000];
+    uint32_t n = 0;
+    for (middle q = p; n == 0 || !is_same_quad(q, p) || q.quarter != p.quarter; q = next_quad(c, q)) {
+        for (uint32_t i = 0; i < n; i++)
+            if (is_same_quad(way[i], q)) {
+                assert_int_equal((way[i].quarter ^ q.quarter) & 1u, 1);
+                return true;
+            }
+        assert_true(n < 2000);
+        way[n++] = q;
+    }
+    return false;
+}
+
+/* Quads of all strips and of those that cross themselves, by ways from each quad. */
+static qw_strip_counts walk_strips(const qw_complex *c)
+{
+    qw_strip_counts sum = {0};
+    for (uint32_t f = 0; f < c->face_count; f++)
+        for (int32_t x = -99; x <= 99; x += 2)
+            for (int32_t y = -99; y <= 99; y += 2) {
+                middle p = {f, {x, y}, 0};
+                bool is_inside = true;
+                for (uint32_t i = 0; i < 3; i++) is_inside &= left_of_side(c, p, i) >= 0;
+                if (!is_inside || named(c, p).face != f) continue;
+                for (p.quarter = 0; p.quarter < 2; p.quarter++) sum.area++, sum.crossing_area += strip_crosses(c, p);
+            }
+    return sum;
+}
+
+static void strips_are_those_of_walks(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_component box = box_of(env);
+    qw_strip_room room = {0};
+    qw_strip_counts k = qw_count_strips(env, &box.decimated.complex, &room);
+    assert_int_equal(k.strips, 4 + 6 + 10);
+    assert_int_equal(k.crossing, 0);
+    assert_true(fabs(k.area - 2 * 248) < 1e-6 && k.crossing_area == 0);
+    qw_trimesh shapes[] = {bumpy(env), unit_double_torus(env, 3)};
+    uint32_t crossing = 0;
+    for (size_t i = 0; i < sizeof shapes / sizeof *shapes; i++) {
+        whole s = whole_of(env, shapes[i], 250);
+        qw_complex c = s.components.component[0].decimated.complex;
+        c.d = s.d;
+        room = (qw_strip_room){0};
+        k = qw_count_strips(env, &c, &room);
+        qw_strip_counts walked = walk_strips(&c);
+        assert_true(fabs(k.area - 2 * qw_complex_area(&c)) < 1e-6 && fabs(k.area - walked.area) < 1e-6);
+        assert_true(fabs(k.crossing_area - walked.crossing_area) < 1e-6);
+        crossing += k.crossing;
+    }
+    assert_true(crossing > 0);
+    qw_env_destroy(env);
+}
+
+static qw_meeting_terms strip_terms(const qw_component *component, const qw_int2 *d, double area)
+{
+    return (qw_meeting_terms){.component = component,
+                              .first = d,
+                              .first_area = area,
+                              .touching = UINT32_MAX,
+                              .worth = 0.6,
+                              .least_area = 0.99 * area,
+                              .most_area = 1.01 * area,
+                              .least_promised = 0.94 * area,
+                              .most_promised = 1.06 * area};
+}
+
+/* Searches on from d; checks what holds of any result. Returns the area that crosses itself afterwards. */
+static double search_strips(qw_env *env, const qw_component *component, const qw_real2 *real, const qw_int2 *d,
+                            double area)
+{
+    qw_complex c = component->decimated.complex;
+    c.d = memcpy(QW_NEW(env, qw_int2, c.edge_count), d, c.edge_count * sizeof *d), c.real = (qw_real2 *)real;
+    qw_meeting_terms terms = strip_terms(component, d, area);
+    qw_strip_search_counts counts = qw_search_strips(env, &terms, &c, 1);
+    assert_true(counts.kept > 0 && counts.kept <= counts.tried);
+    assert_true(qw_complex_is_closed(&c));
+    assert_int_equal(qw_complex_inverted(&c), 0);
+    assert_true(fabs(qw_complex_area(&c) - area) <= 0.06 * area);
+    qw_strip_room room = {0};
+    return qw_count_strips(env, &c, &room).crossing_area;
+}
+
+/* A box as long as a limb, whose rows around it come back one row beside their beginning: they become rings. */
+static void helices_become_rings(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_component box = box_of_size(env, (int32_t[]){4, 5, 14});
+    qw_complex *c = &box.decimated.complex;
+    qw_complex_weigh(c);
+    qw_int2 *had = memcpy(QW_NEW(env, qw_int2, c->edge_count), c->d, c->edge_count * sizeof *had);
+    uint32_t helices = 0, rings = 0;
+    for (uint32_t v = 0; v < 2 * c->edge_count; v++) {
+        memcpy(c->d, had, c->edge_count * sizeof *had);
+        qw_strip_room room = {0};
+        if (!qw_step_offsets(env, c, v, 1, LONG, 1e4) || qw_complex_inverted(c) > 0) continue;
+        double crossing = qw_count_strips(env, c, &room).crossing_area;
+        if (crossing < 20) continue;
+        helices++;
+        double after = search_strips(env, &box, c->real, c->d, 292);
+        assert_true(after < crossing / 2);
+        rings += after == 0;
+    }
+    print_message("of %u helices %u became rings\n", helices, rings);
+    assert_true(rings > 10);
+    qw_env_destroy(env);
+}
+
+static void fewer_strips_cross(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_trimesh shapes[] = {bumpy(env), unit_double_torus(env, 3)};
+    for (size_t i = 0; i < sizeof shapes / sizeof *shapes; i++) {
+        whole s = whole_of(env, shapes[i], 1000);
+        const qw_component *component = &s.components.component[0];
+        qw_complex c = component->decimated.complex;
+        c.d = s.d;
+        qw_strip_room room = {0};
+        double crossing = qw_count_strips(env, &c, &room).crossing_area,
+               after = search_strips(env, component, scaled(env, &c, s.scale), s.d, 1000);
+        print_message("of 2000 quads in strips that cross themselves %g, %g after the search\n", crossing, after);
+
+        assert_true(after < crossing);
+        assert_true(after == search_strips(env, component, scaled(env, &c, s.scale), s.d, 1000));
+    }
+    qw_env_destroy(env);
+}
+
 QW_TEST_SUITE(meetings)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(layouts_go_back),
@@ -480,6 +679,9 @@ QW_TEST_SUITE(meetings)
                                        cmocka_unit_test(lines_get_shorter),
                                        cmocka_unit_test(no_area_no_meetings),
                                        cmocka_unit_test(areas_out_of_reach),
+                                       cmocka_unit_test(strips_are_those_of_walks),
+                                       cmocka_unit_test(helices_become_rings),
+                                       cmocka_unit_test(fewer_strips_cross),
                                        cmocka_unit_test(lanes_agree),
                                        cmocka_unit_test(candidates_are_seen_from_both_ends)};
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -4,6 +4,7 @@
 #include "unit_shapes.h"
 
 #include "base/rosy.h"
+#include "remesh/sizes/necks.h"
 #include "remesh/sizes/nests.h"
 
 #include <stdio.h>
@@ -34,7 +35,7 @@ static void directions_run_around(void **state)
     qw_env *env = qw_env_create(NULL, 2);
     qw_vec3 ring[AROUND + 1];
     qw_trimesh m = tube_with_ring(env, ring);
-    qw_nest nest = {.point = ring, .point_count = AROUND + 1, .rings = 4};
+    qw_nest nest = {.point = ring, .point_count = AROUND + 1, .rings = 4, .most_rings = 4};
     qw_nests nests = {1, &nest};
     float *size = QW_NEW(env, float, m.vertex_count);
     for (uint32_t v = 0; v < m.vertex_count; v++) size[v] = 0.4f;
@@ -60,6 +61,54 @@ static void directions_run_around(void **state)
         if (v % AROUND != 0 && qw_length2(direction[v]) > 0)
             assert_true(fabsf(size[v] / size[v - v % AROUND] - 1) < 0.05f);
     qw_env_destroy(env);
+}
+
+/* ---- necks */
+
+/* A ball with rods, each half an ellipsoid that stands on it. */
+static qw_trimesh ball_with_rods(qw_env *env, int rods, float height)
+{
+    static const float d[][3] = {{0, 0, 1}, {1, 0, 0}, {-0.6f, 0.8f, 0}, {0, -1, 0}, {-0.6f, 0, -0.8f}};
+    const float width = 0.2f;
+    qw_trimesh m = unit_sphere(env, 6);
+    for (uint32_t v = 0; v < m.vertex_count; v++)
+        for (int i = 0; i < rods; i++) {
+            qw_vec3 at = qw_v3(d[i][0], d[i][1], d[i][2]);
+            float angle = acosf(fmaxf(fminf(qw_dot(m.position[v], at), 1), -1)), t = angle / width;
+            if (t < 1) m.position[v] = qw_madd(m.position[v], height * sqrtf(1 - t * t), at);
+        }
+    return m;
+}
+
+static void necks_are_found(void **state)
+{
+    (void)state;
+    static const struct {
+        int rods;
+        float height, size;
+        double strength;
+        uint32_t necks;
+    } rows[] = {{0, 0, 0.1f, 1, 0},       /* a ball has none */
+                {5, 0.6f, 0.1f, 1, 5},    /* one a rod */
+                {5, 0.6f, 0.1f, 0.3, 0},  /* which are not that long */
+                {5, 0.6f, 0.25f, 1, 0},   /* no six quads fit around */
+                {5, 0.05f, 0.05f, 1, 0}}; /* hardly bumps */
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        qw_env *env = qw_env_create(NULL, 2);
+        qw_trimesh m = ball_with_rods(env, rows[i].rods, rows[i].height);
+        float *size = QW_NEW(env, float, m.vertex_count);
+        for (uint32_t v = 0; v < m.vertex_count; v++) size[v] = rows[i].size;
+        qw_necks necks = qw_find_necks(env, &m, qw_bvh_build(env, &m), size, rows[i].strength);
+        if (necks.count != rows[i].necks) fail_msg("row %zu: %u necks", i, necks.count);
+        for (uint32_t k = 0; k < necks.count; k++) {
+            assert_true(k == 0 || necks.ratio[k] >= necks.ratio[k - 1]);
+            qw_vec3 middle = qw_v3(0, 0, 0);
+            for (uint32_t v = necks.begin[k]; v + 1 < necks.begin[k + 1]; v++) middle = qw_add(middle, necks.point[v]);
+            float off = qw_length(middle) / (float)(necks.begin[k + 1] - necks.begin[k] - 1);
+            assert_true(off > 0.5f && off < 1.5f); /* it goes around a rod */
+        }
+        qw_env_destroy(env);
+    }
 }
 
 /* ---- whole runs */
@@ -177,11 +226,51 @@ static void one_guide_gives_rings(void **state)
     shape_free(&s);
 }
 
+/* A ball with a bulb sunk into it, whose rim is narrower than what lies inside. */
+static shape ball_with_socket(void)
+{
+    static const double rim = 0.4, bulb = 0.55;
+    const double neck = asin(sin(rim) / bulb); /* where the sphere of the bulb meets the rim */
+    shape s = shape_sphere(32);
+    for (uint32_t v = 0; v < s.vertex_count; v++) {
+        double *p = s.position + 3 * (size_t)v, angle = acos(p[2]), out = hypot(p[0], p[1]);
+        if (angle >= rim) continue;
+        double around = neck + (3.14159265358979 - neck) * (1 - angle / rim), r = bulb * sin(around);
+        for (int k = 0; k < 2; k++) p[k] *= out > 0 ? r / out : 0;
+        p[2] = cos(rim) - bulb * (cos(neck) - cos(around));
+    }
+    return s;
+}
+
+/* With the option alone a socket has rings too, and the report counts it. */
+static void a_socket_gets_rings_by_itself(void **state)
+{
+    (void)state;
+    shape s = ball_with_socket();
+    qw_mesh_view view = shape_view(&s), quads;
+    qw_context *context;
+    assert_int_equal(qw_create(NULL, &context), QW_OK);
+    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+    qw_options options;
+    qw_options_init(&options);
+    options.faces = 3000, options.symmetry = 0, options.rings = 1;
+    if (qw_run(context, &options) != QW_OK) fail_msg("%s", qw_message(context));
+    assert_int_equal(qw_get_report(context)->nests, 1);
+    qw_get_mesh(context, &quads);
+    uint32_t edges, found = count_rings(&quads, 1, &edges);
+    printf("a socket: %u rings of up to %u edges\n", found, edges);
+    assert_true(found >= 3);
+    qw_destroy(context);
+    shape_free(&s);
+}
+
 QW_TEST_SUITE(nests)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(directions_run_around),
+        cmocka_unit_test(necks_are_found),
         cmocka_unit_test(one_guide_gives_rings),
+        cmocka_unit_test(a_socket_gets_rings_by_itself),
     };
     return cmocka_run_group_tests_name("nests", tests, NULL, NULL);
 }

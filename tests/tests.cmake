@@ -89,7 +89,8 @@ add_test(NAME format COMMAND ${QW_ROOT}/tools/check-format ${QW_ROOT})
 set_tests_properties(format PROPERTIES SKIP_RETURN_CODE 77)
 add_test(NAME packaging COMMAND sh -c "packaging/fill.py --check && packaging/check.py" WORKING_DIRECTORY ${QW_ROOT})
 add_test(NAME documents COMMAND ${CMAKE_COMMAND} -DROOT=${QW_ROOT} -DTOOL=$<TARGET_FILE:quadwright>
-  -DMANUAL=$<TARGET_FILE:quadwright-manual> -P ${QW_ROOT}/tests/documents.cmake)
+  -DMANUAL=$<TARGET_FILE:quadwright-manual> -DSHAPES=$<TARGET_FILE:quadwright-shapes> -DWORK=${CMAKE_CURRENT_BINARY_DIR}/test-documents
+  -P ${QW_ROOT}/tests/documents.cmake)
 add_test(NAME guides COMMAND ${CMAKE_COMMAND} -DROOT=${QW_ROOT} -DTOOL=$<TARGET_FILE:quadwright> -DSHAPES=$<TARGET_FILE:quadwright-shapes>
   -DWORK=${CMAKE_CURRENT_BINARY_DIR}/test-guides -P ${QW_ROOT}/tests/guides.cmake)
 set_tests_properties(guides PROPERTIES LABELS "run;long")

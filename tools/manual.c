@@ -118,7 +118,7 @@ static void man(void)
         putchar('\n');
     }
     puts(".fi\n.SH DESCRIPTION\nReads OBJ, PLY, OFF, STL, GLB and glTF, judged by their contents. Writes OBJ, PLY, "
-         "OFF, GLB and glTF, whole or not at all.\n"
+         "OFF, STL, GLB and glTF, whole or not at all.\n"
          "Without a target the result has a quarter as many quads as the input has triangles, from 100 to 20000.");
     for (size_t i = 0; qw_usage_at(i); i++) put_item(qw_usage_at(i)->line, qw_usage_at(i)->about);
     puts(".SH SWITCHES");
@@ -138,13 +138,25 @@ static void man(void)
 
 /* ---- bash */
 
-static void put_word(const char *word, int length) { printf("%.*s ", length, word); }
+/* Words to be typed as they are; one in capitals stands for a value. */
+static void put_word(const char *word, int length)
+{
+    if (word[0] >= 'a' && word[0] <= 'z') printf("%.*s ", length, word);
+}
+
+/* Whether a row before this one has the same name, as commands may each have their own. */
+static bool is_repeated(size_t index)
+{
+    for (size_t i = 0; i < index; i++)
+        if (qw_switch_at(i)->name && strcmp(qw_switch_at(i)->name, qw_switch_at(index)->name) == 0) return true;
+    return false;
+}
 
 static void bash_words(void)
 {
     const qw_switch_row *row;
     for (size_t i = 0; (row = qw_switch_at(i)); i++)
-        if (row->name) printf("--%s ", row->name);
+        if (row->name && !is_repeated(i)) printf("--%s ", row->name);
     for (size_t i = 0; i < option_count(); i++) {
         for (int no = 0; no <= (option_at(i)->kind == QW_KIND_FLAG); no++) {
             printf(no ? "--no-" : "--");
@@ -189,6 +201,8 @@ static void bash(void)
     puts("# bash completion for quadwright; made by quadwright-manual: make docs\n"
          "_quadwright() {\n"
          "  local current=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD-1]} words=\n"
+         "  if [[ $current == = ]]; then current=\n" /* --preset=c is three words */
+         "  elif [[ $previous == = ]]; then previous=${COMP_WORDS[COMP_CWORD-2]}; fi\n"
          "  case $previous in");
     fputs("    help) words=\"", stdout), put_topics(), puts("\" ;;");
     bash_cases();
@@ -201,7 +215,7 @@ static void bash(void)
     for (int c = 0; c < QW_COMMAND_COUNT; c++) printf("%s ", qw_command_name((qw_command)c));
     puts("\"\n  fi\n"
          "  COMPREPLY=($(compgen -W \"$words\" -- \"$current\"))\n"
-         "  if [[ $current != -* ]]; then\n"
+         "  if [[ $current != -* && ( -z $words || $COMP_CWORD -eq 1 ) ]]; then\n"
          "    local file\n"
          "    while IFS= read -r file; do COMPREPLY+=(\"$file\"); done < <(compgen -f -- \"$current\")\n"
          "  fi\n"
@@ -248,7 +262,7 @@ static void zsh_switches(void)
 {
     const qw_switch_row *row;
     for (size_t i = 0; (row = qw_switch_at(i)); i++) {
-        if (!row->name) continue;
+        if (!row->name || is_repeated(i)) continue;
         printf("    '*--%s[", row->name);
         put_zsh_help(row->help);
         putchar(']');
@@ -315,7 +329,7 @@ static void fish_switches(void)
 {
     const qw_switch_row *row;
     for (size_t i = 0; (row = qw_switch_at(i)); i++) {
-        if (!row->name) continue;
+        if (!row->name || is_repeated(i)) continue;
         printf("complete -c quadwright -l %s", row->name);
         if (row->alias && !row->alias[1]) printf(" -s %s", row->alias);
         if (row->id == SWITCH_PRESET) fputs(" -r -f -a '", stdout), put_presets(), putchar('\'');

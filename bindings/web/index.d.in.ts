@@ -1,5 +1,5 @@
 /** Numbers in any form that remesh() takes. */
-export type Numbers = number[] | Float32Array | Float64Array | Int32Array | Uint32Array | Int16Array | Uint16Array | Int8Array | Uint8Array;
+export type Numbers = number[] | number[][] | Float32Array | Float64Array | Int32Array | Uint32Array | Int16Array | Uint16Array | Int8Array | Uint8Array;
 
 /** The options of the library. At most one of faces, vertices, edge_length and ratio. */
 export interface Options {
@@ -176,16 +176,17 @@ export function remeshSync(
 /** A surface that is remeshed more than once, in a Worker that keeps what two runs have in common. */
 export class Remesher {
   constructor(options?: { memoryLimit?: number | string });
-  /** a file of OBJ, PLY, OFF, STL, GLB or glTF, or of points: PLY, PCD, XYZ */
-  load(file: ArrayBuffer | Uint8Array | Blob, hooks?: Pick<Hooks, 'signal' | 'log'>): Promise<Surface>;
+  /** a file of OBJ, PLY, OFF, STL, GLB or glTF, or of points: PLY, PCD, XYZ; in Node also its path */
+  load(file: ArrayBuffer | Uint8Array | Blob | string | URL, hooks?: Pick<Hooks, 'signal' | 'log'>): Promise<Surface>;
   set(positions: Numbers, indices: Numbers | null, options?: SurfaceOptions & { transfer?: boolean; signal?: AbortSignal }): Promise<void>;
   /** points without faces, three numbers a point, and attributes of theirs: a surface with the option wrap */
   setPoints(positions: Numbers, options?: { attributes?: Record<string, Attribute>; signal?: AbortSignal }): Promise<void>;
-  remesh(options?: Options, hooks?: Hooks): Promise<Result>;
+  /** signal, progress and log among the options, or in an object of their own */
+  remesh(options?: Options & Hooks, hooks?: Hooks): Promise<Result>;
   /** what is missing is taken away */
   steer(steering?: Steering, hooks?: Pick<Hooks, 'signal'>): Promise<void>;
   mark(names: string): Promise<void>;
-  save(format: 'obj' | 'ply' | 'off' | 'glb' | 'gltf', options?: { bare?: boolean }): Promise<Uint8Array>;
+  save(format: 'obj' | 'ply' | 'off' | 'stl' | 'glb' | 'gltf', options?: { bare?: boolean }): Promise<Uint8Array>;
   measure(options?: { input?: string | null; output?: string | null; signal?: AbortSignal }): Promise<{ report: Report; quality: Quality; [more: string]: unknown }>;
   close(): void;
 }

@@ -76,18 +76,8 @@ QW_API const char *qw_stage_title(qw_stage stage);
 
 /* ---- options */
 
-typedef struct qw_options {
-    uint32_t size; /* sizeof(qw_options), set by qw_options_init; guards against a mismatched library */
-#define QW_OPTION_COUNT(name, stage, initial, least, most, unit, help) int64_t name;
-#define QW_OPTION_REAL(name, stage, initial, least, most, unit, help)  double name;
-#define QW_OPTION_FLAG(name, stage, initial, help)                     int32_t name;
-#define QW_OPTION_CHOICE(name, stage, initial, last, list, help)       int32_t name;
-#include "quadwright/options.def"
-#undef QW_OPTION_COUNT
-#undef QW_OPTION_REAL
-#undef QW_OPTION_FLAG
-#undef QW_OPTION_CHOICE
-} qw_options;
+/* struct qw_options, field by field, and a constant for each choice, such as QW_SYMMETRY_ANY. */
+#include "quadwright/options.h"
 
 typedef enum qw_option_kind { QW_KIND_COUNT, QW_KIND_REAL, QW_KIND_FLAG, QW_KIND_CHOICE } qw_option_kind;
 

@@ -251,19 +251,15 @@ static bool draw_in(graver *g, uint32_t pieces, const stop *from, const stop *to
 }
 
 /* In smaller pieces where the straight way fails, as over sharp edges. */
-static void draw_step(graver *g, const stop *from, const stop *to, const qw_vec3 *normal)
+static bool draw_step(graver *g, const stop *from, const stop *to, const qw_vec3 *normal)
 {
     for (uint32_t pieces = 1; pieces <= MOST_PIECES; pieces *= 2)
-        if (draw_in(g, pieces, from, to, normal)) return;
-    qw_fail(
-        g->env, QW_ARGUMENT, g->number,
-        "guide %u cannot be drawn on the surface: from its point %u the next cannot be reached straight on, as they "
-        "lie on different sheets, or a boundary is between them",
-        g->number, g->point);
+        if (draw_in(g, pieces, from, to, normal)) return true;
+    return false;
 }
 
-/* Draws a line from point to point into the surface, in pieces no longer than `step`. */
-static void engrave_one(graver *g, const qw_vec3 *point, uint32_t count, uint32_t finer, const qw_vec3 *normal,
+/* Draws a line from point to point into the surface, in pieces no longer than `step`; false where it cannot. */
+static bool engrave_one(graver *g, const qw_vec3 *point, uint32_t count, uint32_t finer, const qw_vec3 *normal,
                         float step)
 {
     assert(count > 0 && finer > 0 && step > 0);
@@ -274,14 +270,15 @@ static void engrave_one(graver *g, const qw_vec3 *point, uint32_t count, uint32_
         for (uint32_t k = 1; k <= pieces; k++) {
             qw_heartbeat(g->env);
             stop next = stop_at(g, qw_lerp(point[i - 1], point[i], (float)k / (float)pieces), normal);
-            draw_step(g, &now, &next, normal);
+            if (!draw_step(g, &now, &next, normal)) return false;
             now = next;
         }
     }
+    return true;
 }
 
 qw_trimesh qw_engrave(qw_env *env, const qw_trimesh *surface, const qw_bvh *bvh, const qw_polylines *lines,
-                      float length, int64_t *marked)
+                      float length, int64_t *marked, bool *drawn)
 {
     assert(surface->twin && length > 0);
     qw_scope_begin(env);
@@ -291,8 +288,14 @@ qw_trimesh qw_engrave(qw_env *env, const qw_trimesh *surface, const qw_bvh *bvh,
     g.e = qw_edit_open(env, surface, target, qw_trimesh_outgoing(env, surface));
     for (uint32_t i = 0; i < lines->count; i++) {
         g.number = lines->number[i], g.mark = lines->mark[i];
-        engrave_one(&g, lines->point + lines->begin[i], lines->begin[i + 1] - lines->begin[i], lines->finer[i], normal,
-                    length / STEPS);
+        bool goes_on = engrave_one(&g, lines->point + lines->begin[i], lines->begin[i + 1] - lines->begin[i],
+                                   lines->finer[i], normal, length / STEPS);
+        if (drawn) *drawn = goes_on && (i == 0 || *drawn);
+        else if (!goes_on)
+            qw_fail(env, QW_ARGUMENT, g.number,
+                    "guide %u cannot be drawn on the surface: from its point %u the next cannot be reached straight "
+                    "on, as they lie on different sheets, or a boundary is between them",
+                    g.number, g.point);
     }
     *marked = g.marked;
     qw_trimesh m = qw_edit_plain(&g.e, surface->point, surface->vertex_count);

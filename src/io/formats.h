@@ -25,6 +25,9 @@ bool qw_is_off(qw_env *env, qw_bytes bytes);
 bool qw_is_off_bare(qw_env *env, qw_bytes bytes); /* without its first word: three counts */
 bool qw_is_obj(qw_env *env, qw_bytes bytes);
 
+/* Binary STL: quads in two along their shorter diagonals. */
+void qw_put_stl(qw_env *env, qw_file *file, const qw_mesh_view *mesh);
+
 /* OBJ, PLY or OFF with attributes of the mesh: write_attributes.c. In the caller's scope. */
 void qw_put_with(qw_env *env, qw_file *file, qw_format format, const qw_mesh_view *mesh, const qw_attribute *attributes,
                  uint32_t count, const char *library);

@@ -25,7 +25,7 @@ static _Noreturn void fail_unknown(qw_env *env, const char *name, qw_bytes bytes
         {"*Heading", QW_WRITTEN_ONLY("Abaqus' .inp")},
         {"$ quads of Quadwright\nBEGIN BULK", QW_WRITTEN_ONLY("Nastran's .bdf")},
         {"BEGIN BULK", QW_WRITTEN_ONLY("Nastran's .bdf")},
-        {"ISO-10303-21", QW_WRITTEN_ONLY("STEP")},
+        {"ISO-10303-21", "STEP is written, not read; an STL of it is made by: gmsh FILE.step -2 -o FILE.stl"},
     };
     const char *what = "it is neither OBJ, PLY, OFF, STL, GLB nor glTF";
     for (size_t i = 0; i < sizeof strangers / sizeof *strangers; i++)

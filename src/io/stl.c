@@ -7,6 +7,7 @@
  * Binary files may begin with "solid" too, so their exact length is asked for first. Normals are not looked at: many
  * are wrong.
  */
+#include "base/mesh_view.h"
 #include "io/build.h"
 #include "io/fetch.h"
 #include "io/formats.h"
@@ -14,6 +15,7 @@
 
 #include <inttypes.h>
 #include <math.h>
+#include <string.h>
 
 enum {
     HEADER_SIZE = 84,
@@ -165,4 +167,55 @@ bool qw_is_stl_text(qw_env *env, qw_bytes bytes)
 {
     qw_text t = qw_text_open(env, "", bytes.at, bytes.size);
     return qw_text_find_line(&t) && qw_word_is_caseless(qw_text_word(&t), "solid");
+}
+
+/* ---- writing */
+
+static double squared_distance(const double *a, const double *b)
+{
+    double sum = 0;
+    for (int i = 0; i < 3; i++) sum += (a[i] - b[i]) * (a[i] - b[i]);
+    return sum;
+}
+
+static void put_facet(qw_file *file, const double *const p[3])
+{
+    double u[3], v[3], value[12];
+    for (int i = 0; i < 3; i++) u[i] = p[1][i] - p[0][i], v[i] = p[2][i] - p[0][i];
+    for (int i = 0; i < 3; i++) value[i] = u[(i + 1) % 3] * v[(i + 2) % 3] - u[(i + 2) % 3] * v[(i + 1) % 3];
+    double length = sqrt(value[0] * value[0] + value[1] * value[1] + value[2] * value[2]);
+    for (int i = 0; i < 3; i++) value[i] = length > 0 ? value[i] / length : 0;
+    for (int i = 0; i < 9; i++) value[3 + i] = p[i / 3][i % 3];
+    char bytes[TRIANGLE_SIZE] = {0};
+    for (int i = 0; i < 12; i++) {
+        float number = (float)value[i];
+        uint32_t bits;
+        memcpy(&bits, &number, sizeof bits);
+        for (int k = 0; k < 4; k++) bytes[4 * i + k] = (char)(bits >> 8 * k);
+    }
+    qw_file_put(file, bytes, sizeof bytes);
+}
+
+void qw_put_stl(qw_env *env, qw_file *file, const qw_mesh_view *mesh)
+{
+    char header[HEADER_SIZE] = "quads of Quadwright, each in two";
+    uint64_t triangles = 0;
+    for (uint32_t f = 0; f < mesh->face_count; f++) triangles += qw_view_face_size(mesh, f) - 2;
+    if (triangles > UINT32_MAX) qw_fail(env, QW_UNSUPPORTED, -1, "STL holds at most 4294967295 triangles");
+    for (int k = 0; k < 4; k++) header[HEADER_SIZE - 4 + k] = (char)(triangles >> 8 * k);
+    qw_file_put(file, header, sizeof header);
+    const uint32_t *corner = mesh->corners;
+    for (uint32_t f = 0; f < mesh->face_count; f++) {
+        uint32_t size = qw_view_face_size(mesh, f), first = 0;
+        const double *at[4];
+        for (uint32_t i = 0; i < size && i < 4; i++) at[i] = mesh->positions + 3 * (size_t)corner[i];
+        if (size == 4 && squared_distance(at[1], at[3]) < squared_distance(at[0], at[2])) first = 1;
+        for (uint32_t i = 1; i + 1 < size; i++) {
+            const double *p[3];
+            const uint32_t index[3] = {first, (first + i) % size, (first + i + 1) % size};
+            for (int k = 0; k < 3; k++) p[k] = mesh->positions + 3 * (size_t)corner[index[k]];
+            put_facet(file, p);
+        }
+        corner += size;
+    }
 }

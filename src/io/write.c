@@ -233,7 +233,7 @@ static qw_format format_of_path(qw_env *env, const char *path)
         if (same == length) return formats[i].format;
     }
     qw_fail(env, QW_FORMAT_UNKNOWN, -1,
-            "%s: the name ends in none of .obj, .ply, .off, .glb and .gltf, so say which format to write",
+            "%s: the name ends in none of .obj, .ply, .off, .stl, .glb and .gltf, so say which format to write",
             qw_path_for_messages(env, path, "-"));
 }
 
@@ -242,12 +242,11 @@ void qw_write_with(qw_env *env, const char *path, qw_format format, const qw_mes
 {
     if ((unsigned)format > QW_FORMAT_BDF) qw_fail(env, QW_ARGUMENT, -1, "there is no format %d to write", (int)format);
     if (format == QW_FORMAT_AUTO) format = format_of_path(env, path);
-    if (format == QW_FORMAT_STL)
-        qw_fail(env, QW_UNSUPPORTED, -1, "STL holds no quads and is not written; use OBJ, PLY, OFF or GLB");
     qw_scope_begin(env);
     writer w = {.env = env, .file = qw_file_begin(env, path), .mesh = mesh, .format = format};
     if (format == QW_FORMAT_GLB || format == QW_FORMAT_GLTF)
         qw_put_gltf(env, w.file, format == QW_FORMAT_GLB, mesh, along->attributes, along->count, along->gltf);
+    else if (format == QW_FORMAT_STL) qw_put_stl(env, w.file, mesh);
     else if (format >= QW_FORMAT_MSH)
         qw_put_elements(env, w.file, format, mesh, along->attributes, along->count, along->second_order);
     else if (along->count > 0 || along->library)

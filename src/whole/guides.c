@@ -1,5 +1,6 @@
 #include "whole/guides.h"
 
+#include "base/mechanisms.h"
 #include "whole/ring_guides.h"
 #include "whole/small.h"
 #include "geometry/bvh.h"
@@ -8,6 +9,7 @@
 
 #include <assert.h>
 #include <math.h>
+#include <string.h>
 
 /* How far from the surface a point of a guide may lie, in edges of the quads that the surface is fine enough for: those
    of the result are up to twice as long. */
@@ -50,13 +52,18 @@ static void require_near(const qw_run_state *run, const qw_bvh *bvh, const qw_ve
             guide, number, worst / run->clean.frame.scale, MOST_OFF * edge / run->clean.frame.scale);
 }
 
+static void keep_surface(const qw_run_state *run)
+{
+    const qw_trimesh *s = &run->surface;
+    qw_keep(run->env, s->position), qw_keep(run->env, s->corner), qw_keep(run->env, s->twin);
+    qw_keep(run->env, s->mark), qw_keep(run->env, s->point), qw_keep(run->env, run->surface_census.component);
+}
+
 static void take_surface(qw_run_state *run, const qw_trimesh *cut)
 {
-    qw_env *env = run->env;
     run->surface = *cut;
-    run->surface_census = qw_trimesh_census(env, cut);
-    qw_keep(env, cut->position), qw_keep(env, cut->corner), qw_keep(env, cut->twin), qw_keep(env, cut->mark);
-    qw_keep(env, cut->point), qw_keep(env, run->surface_census.component);
+    run->surface_census = qw_trimesh_census(run->env, cut);
+    keep_surface(run);
 }
 
 void qw_engrave_guides(qw_run_state *run)
@@ -86,10 +93,56 @@ void qw_engrave_guides(qw_run_state *run)
     }
     lines.begin = begin, lines.point = loops, lines.number = number, lines.mark = mark, lines.finer = finer;
     if (lines.count > 0) {
-        qw_trimesh cut = qw_engrave(env, &run->surface, bvh, &lines, (float)edge, &run->report->guide_edges);
+        qw_trimesh cut = qw_engrave(env, &run->surface, bvh, &lines, (float)edge, &run->report->guide_edges, NULL);
         take_surface(run, &cut);
     }
     qw_scope_end(env);
+}
+
+/* ---- necks */
+
+/* Draws one neck, on a copy of the surface, which becomes the surface if that works. */
+static bool engrave_neck(qw_run_state *run, const qw_vec3 *point, uint32_t count, float edge)
+{
+    qw_env *env = run->env;
+    const uint32_t begin[2] = {0, count}, number = 0, finer = 1;
+    const uint8_t mark = QW_MARKS;
+    const qw_polylines line = {1, begin, point, &number, &mark, &finer};
+    bool drawn;
+    int64_t marked;
+    qw_scope_begin(env);
+    qw_trimesh cut = qw_engrave(env, &run->surface, qw_bvh_build(env, &run->surface), &line, edge, &marked, &drawn);
+    if (drawn) take_surface(run, &cut);
+    qw_scope_end(env);
+    return drawn;
+}
+
+void qw_engrave_necks(qw_run_state *run, double rho)
+{
+    qw_env *env = run->env;
+    run->necks = (qw_necks){0};
+    if (run->options.rings > 0 && qw_uses(env, QW_MECH_NECKS)) {
+        qw_scope_begin(env);
+        float *base_target, *size = qw_wanted_size(run, rho, &base_target, NULL, NULL);
+        qw_necks found = qw_find_necks(env, &run->surface, qw_bvh_build(env, &run->surface), size, run->options.rings);
+        uint32_t points = 0, count = 0;
+        for (uint32_t i = 0; i < found.count; i++) {
+            uint32_t begin = found.begin[i], own = found.begin[i + 1] - begin;
+            if (!engrave_neck(run, found.point + begin, own, (float)rho)) continue;
+            memmove(found.point + points, found.point + begin, own * sizeof *found.point);
+            points += own, found.begin[count++] = points - own, found.begin[count] = points;
+        }
+        found.count = count, found.ratio = NULL;
+        if (count > 0) {
+            run->necks = found;
+            qw_keep(env, found.begin), qw_keep(env, found.point);
+            keep_surface(run);
+        }
+        qw_acted(env, QW_MECH_NECKS, 1), qw_kept(env, QW_MECH_NECKS, count);
+        qw_scope_end(env);
+    }
+    run->report->nests = run->necks.count;
+    for (uint32_t g = 0; g < run->steering.guide_count; g++) run->report->nests += qw_has_rings(run, g);
 }
 
 /* ---- directions */

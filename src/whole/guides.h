@@ -8,6 +8,10 @@
    where a guide is off the surface. */
 void qw_engrave_guides(qw_run_state *run);
 
+/* Finds necks of the surface, as strongly as the option `rings` says (remesh/sizes/necks.h), and makes those that can
+   be drawn on it curves of nests: run->necks. */
+void qw_engrave_necks(qw_run_state *run, double rho);
+
 /* Adds to the directions asked for, qw_vec3[working vertices], what guides of direction ask for beside them. */
 void qw_add_guide_directions(const qw_run_state *run, qw_vec3 *asked);
 

@@ -13,17 +13,6 @@ typedef struct qw_mirror_plane {
 
 enum { QW_NO_AXIS = 3 };
 
-/* The choices of the option `symmetry`, in its order. */
-enum {
-    QW_SYMMETRY_NONE,
-    QW_SYMMETRY_AUTO,
-    QW_SYMMETRY_X,
-    QW_SYMMETRY_Y,
-    QW_SYMMETRY_Z,
-    QW_SYMMETRY_PLANE,
-    QW_SYMMETRY_ANY
-};
-
 /* Whether the plane is found, and not used where that costs something. */
 static inline bool qw_finds_plane(int64_t symmetry)
 {

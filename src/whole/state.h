@@ -8,6 +8,7 @@
 #include "base/env.h"
 #include "remesh/features/verdict.h"
 #include "remesh/field/orientation.h"
+#include "remesh/sizes/necks.h"
 #include "remesh/sizes/wanted_sizes.h"
 #include "remesh/field/hierarchy.h"
 #include "remesh/offsets/offsets.h"
@@ -84,6 +85,7 @@ typedef struct qw_run_state {
     qw_core core;
     qw_trimesh surface; /* the clean surface with its features marked, sharp where they were sampled; coarser where it
                            was much finer than the quads */
+    qw_necks necks;     /* those with rings around them, which are marked on the surface; without their ratios */
     qw_census surface_census;
     float *circles;       /* float[surface vertices], of sizes/around.h; NULL: none is asked for */
     double surface_faces; /* the most quads that this surface is fine enough for */

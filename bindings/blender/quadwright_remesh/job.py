@@ -82,7 +82,7 @@ class Job:
             meshes.add(obj.data.name)
             self._add(context, obj, settings)
         if not self.items and not self.refused:
-            raise Refusal("no mesh is selected" if not others else f"{others[0].name} is no mesh; Object > Convert > Mesh makes one")
+            raise Refusal("no mesh is selected" if not others else snapshots.no_mesh(others[0]))
         if not self.items:
             raise Refusal("; ".join(self.refused))
 
@@ -354,6 +354,7 @@ class Job:
         for each in [obj] + others if source.levels else []:
             levels.remove_modifier(each, source.levels[0])
         obj.data = mesh
+        self._show(obj)
         for slot in obj.material_slots if item.reply["asset"] and item.snapshot.look else ():
             slot.link = "DATA"
         if len(others) < len(sharing):
@@ -400,6 +401,11 @@ class Job:
             collection.objects.link(made)
         made.select_set(False)
         self._report(item, mesh, item.snapshot.notes + item.notes + notes)
+
+    def _show(self, obj):
+        """The edges of the quads over the faces, where that is wanted."""
+        if self.settings.show_wires:
+            obj.show_wire = obj.show_all_edges = True
 
     def _report(self, item, mesh, notes):
         source, reply = item.snapshot, item.reply

@@ -5,6 +5,7 @@ import time
 import bpy
 
 from . import job, state
+from . import settings as settings_module
 from .snapshot import Refusal
 
 IDLE_S = 0.005  # between two looks at the worker, in scripts
@@ -33,20 +34,55 @@ def _sentence(text):
     return text[0].upper() + text[1:] if text else text
 
 
+# Settings that Adjust Last Operation (F9) shows, and that a script may give: bpy.ops.object.quadwright_remesh(faces=500).
+ADJUSTED = ("target", "faces", "edge_length", "ratio", "symmetry", "follow", "adaptive")
+
+
+def _adjusted():
+    """Properties of the operator like those of the scene; not remembered, as each run begins with the scene's."""
+    made = {}
+    for name in ADJUSTED:
+        deferred = settings_module.Settings.__annotations__[name]
+        made[name] = deferred.function(**{key: value for key, value in deferred.keywords.items() if key != "update"}, options={"SKIP_SAVE"})
+    return made
+
+
 class OBJECT_OT_quadwright_remesh(bpy.types.Operator):
     """Make clean quads of the selected meshes. Esc cancels"""
 
     bl_idname = "object.quadwright_remesh"
     bl_label = "Quick Remesh to Quads"
-    bl_options = {"UNDO"}
+    bl_options = {"REGISTER", "UNDO"}
 
-    is_draft: bpy.props.BoolProperty(options={"HIDDEN", "SKIP_SAVE"}, description="Leave out what a first look can do without")
+    __annotations__ = _adjusted()
+    __annotations__["is_draft"] = bpy.props.BoolProperty(options={"HIDDEN", "SKIP_SAVE"}, description="Leave out what a first look can do without")
+
+    def _adopt(self, context):
+        """What was given becomes the scene's setting; what was not shows that."""
+        settings = context.scene.quadwright
+        if self.properties.is_property_set("faces") and not self.properties.is_property_set("target"):
+            self.target = "FACES"
+        for name in ADJUSTED:
+            if not self.properties.is_property_set(name):
+                setattr(self, name, getattr(settings, name))
+            elif getattr(settings, name) != getattr(self, name):
+                setattr(settings, name, getattr(self, name))
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        layout.prop(self, "target")
+        if self.target != "AUTO":
+            layout.prop(self, {"FACES": "faces", "EDGE": "edge_length", "RATIO": "ratio"}[self.target])
+        for name in ("symmetry", "follow", "adaptive"):
+            layout.prop(self, name)
 
     def _begin(self, context):
         """A Job, or None with the sentence said."""
         if state.running is not None:  # no poll(): a button under the mouse would stay grey afterwards
             self.report({"WARNING"}, "Quads are being made already; Esc cancels that")
             return None
+        self._adopt(context)
         objects = list(context.selected_objects)
         if context.mode != "OBJECT" and context.active_object:
             objects = list(getattr(context, "objects_in_mode", None) or [context.active_object])

@@ -43,7 +43,7 @@ class QUADWRIGHT_PT_main(_Panel, bpy.types.Panel):
         row = layout.row()
         row.scale_y = 1.4
         row.operator_context = "INVOKE_DEFAULT"
-        row.operator("object.quadwright_remesh", text="Quick Remesh to Quads", icon="MESH_GRID")
+        row.operator("object.quadwright_remesh", text="Remesh to Quads", icon="MESH_GRID")
         if state.running is not None:
             at_work = state.running
             row = layout.row(align=True)
@@ -66,19 +66,42 @@ class QUADWRIGHT_PT_main(_Panel, bpy.types.Panel):
             row.use_property_split = False
             row.prop(settings, "is_live", toggle=True)
             row.operator("object.quadwright_forget", text="", icon="X")
+        if obj.type != "MESH":
+            _wrapped(layout.column(align=True), snapshot.no_mesh(obj), "ERROR", _width(context))
         column = layout.column()
-        column.prop(settings, "preset")
         column.prop(settings, "target")
         if settings.target != "AUTO":
             column.prop(settings, {"FACES": "faces", "EDGE": "edge_length", "RATIO": "ratio"}[settings.target])
-        column.prop(settings, "lods")
-        column.prop(settings, "follow", slider=True)
+        elif obj.type == "MESH":
+            column.label(text=f"About {settings_module.automatic(obj, context, settings):,} quads", icon="BLANK1")
+        column.prop(settings, "preset")
         column.prop(settings, "symmetry")
-        column.prop(settings, "option_wrap")
-        if settings.option_wrap:
-            column.prop(settings, "option_wrap_distance")
-            if settings.option_wrap_distance == 0:
-                column.prop(settings, "option_wrap_quads")
+
+
+class _Folded(_Panel):
+    bl_parent_id = "QUADWRIGHT_PT_main"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        self.fill(layout.column(), context.scene.quadwright, context.active_object)
+
+
+def _choices(column, settings, name, title):
+    column.label(text=title)
+    row = column.grid_flow(columns=2, align=True)
+    row.use_property_split = False
+    row.prop(settings, name)
+
+
+class QUADWRIGHT_PT_shape(_Folded, bpy.types.Panel):
+    bl_label = "Shape and Size"
+    bl_idname = "QUADWRIGHT_PT_shape"
+
+    def fill(self, column, settings, obj):
+        column.prop(settings, "follow", slider=True)
         column.prop(settings, "density")
         if settings.density == "CURVATURE":
             column.prop(settings, "adaptive", slider=True)
@@ -91,10 +114,7 @@ class QUADWRIGHT_PT_main(_Panel, bpy.types.Panel):
         column.prop(settings, "sharp")
         if settings.sharp == "ANGLE":
             column.prop(settings, "angle")
-        column.label(text="Follow Marked Edges")
-        row = column.grid_flow(columns=2, align=True)
-        row.use_property_split = False
-        row.prop(settings, "marks")
+        _choices(column, settings, "marks", "Follow Marked Edges")
         column.prop(settings, "guides")
         if settings.guides == "CURVE":
             column.prop(settings, "guide_curve")
@@ -102,20 +122,37 @@ class QUADWRIGHT_PT_main(_Panel, bpy.types.Panel):
             column.prop(settings, "guide_kind")
             if settings.guide_kind == "LOOP":
                 column.prop(settings, "guide_rings")
-        column.label(text="Keep")
-        row = column.grid_flow(columns=2, align=True)
-        row.use_property_split = False
-        row.prop(settings, "keep")
+
+
+class QUADWRIGHT_PT_surface(_Folded, bpy.types.Panel):
+    bl_label = "Surface and Levels"
+    bl_idname = "QUADWRIGHT_PT_surface"
+
+    def fill(self, column, settings, obj):
+        column.prop(settings, "option_wrap")
+        if settings.option_wrap:
+            column.prop(settings, "option_wrap_distance")
+            if settings.option_wrap_distance == 0:
+                column.prop(settings, "option_wrap_quads")
+        column.prop(settings, "lods")
+        column.prop(settings, "apply_modifiers")
+
+
+class QUADWRIGHT_PT_keep(_Folded, bpy.types.Panel):
+    bl_label = "Keep, Unwrap, Bake"
+    bl_idname = "QUADWRIGHT_PT_keep"
+
+    def fill(self, column, settings, obj):
+        _choices(column, settings, "keep", "Keep")
         column = column.column()
         column.use_property_split = False
-        row = column.row(align=True)
-        row.prop(settings, "bake")
+        column.prop(settings, "bake")
         if settings.bake:
-            row.prop(settings, "option_texture", text="Texels")
+            column.prop(settings, "option_texture", text="Texels")
         else:
-            row.prop(settings, "unwrap")
-        column.prop(settings, "apply_modifiers")
+            column.prop(settings, "unwrap")
         column.prop(settings, "keep_original")
+        column.prop(settings, "show_wires")
 
 
 class QUADWRIGHT_PT_rest(_Panel, bpy.types.Panel):
@@ -158,7 +195,7 @@ class QUADWRIGHT_PT_report(_Panel, bpy.types.Panel):
         layout.prop(context.scene.quadwright, "show_irregular")
 
 
-classes = (QUADWRIGHT_PT_main, QUADWRIGHT_PT_report, QUADWRIGHT_PT_rest)
+classes = (QUADWRIGHT_PT_main, QUADWRIGHT_PT_report, QUADWRIGHT_PT_shape, QUADWRIGHT_PT_surface, QUADWRIGHT_PT_keep, QUADWRIGHT_PT_rest)
 
 
 def register():

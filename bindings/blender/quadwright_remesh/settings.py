@@ -270,7 +270,7 @@ def _annotations():
             "off gives it the finest",
         ),
         "lods": bpy.props.StringProperty(
-            name="Levels of Detail",
+            name="Levels",
             default="",
             update=_changed,
             description="Numbers of quads, with commas between them: each is made of the same surface as an object of its own beside the first, NAME_LOD1, NAME_LOD2 and so on",
@@ -284,8 +284,11 @@ def _annotations():
             "with none or all selected, or selected edges as guides, the whole mesh is remeshed",
         ),
         "is_live": bpy.props.BoolProperty(name="Live", default=False, description="After a run, remesh the same surface again whenever a setting changes"),
+        "show_wires": bpy.props.BoolProperty(
+            name="Show Edges", default=True, description="After a run the edges of the quads are drawn over the faces (Object > Viewport Display > Wireframe)"
+        ),
         "show_irregular": bpy.props.BoolProperty(
-            name="Show Irregular Vertices", default=False, update=_redraw, description="Dots at the vertices where other than four quads meet"
+            name="Irregular Vertices", default=False, update=_redraw, description="Dots at the vertices where other than four quads meet"
         ),
     }
     for name in [*REST, "texture"]:
@@ -326,6 +329,18 @@ def levels_of(settings):
     if not all(word.isdigit() and int(word) > 0 for word in words):
         raise Refusal(f'Levels of Detail must be numbers of quads, such as "5000, 1200", not "{settings.lods}"')
     return [int(word) for word in words]
+
+
+LEAST_AUTOMATIC, MOST_AUTOMATIC = 100, 20000  # as the library has them
+
+
+def automatic(obj, context, settings):
+    """How many quads the target Automatic makes of an object: a quarter of its triangles."""
+    mesh = obj.data
+    if settings.apply_modifiers and obj.modifiers and obj.mode != "EDIT":
+        mesh = obj.evaluated_get(context.evaluated_depsgraph_get()).data
+    triangles = len(mesh.loops) - 2 * len(mesh.polygons)
+    return min(max(triangles // 4, LEAST_AUTOMATIC), MOST_AUTOMATIC)
 
 
 def options_of(settings, scale=1.0):

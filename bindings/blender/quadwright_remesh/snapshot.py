@@ -28,9 +28,20 @@ def _read(collection, name, dtype, width=1):
     return array.reshape(-1, width) if width > 1 else array
 
 
+CONVERTIBLE = {"CURVE", "SURFACE", "FONT", "META", "CURVES", "POINTCLOUD"}
+
+
+def no_mesh(obj):
+    """A sentence about an object that is none, and what would help."""
+    kind = obj.type.lower().replace("_", " ")
+    if obj.type in CONVERTIBLE:
+        return f"{obj.name} is no mesh ({kind}); Object > Convert > Mesh makes one"
+    return f"{obj.name} has no faces ({kind}); select a mesh"
+
+
 def check_editable(obj):
     if obj.type != "MESH":
-        raise Refusal(f"{obj.name} is no mesh ({obj.type.lower()}); Object > Convert > Mesh makes one")
+        raise Refusal(no_mesh(obj))
     for data, what in ((obj, "object"), (obj.data, "mesh")):
         if data.library is not None:
             raise Refusal(f"the {what} {data.name} is linked from {bpy.path.basename(data.library.filepath)}; Object > Relations > Make Local first")

@@ -3,6 +3,9 @@
 import re
 
 
+MOST_OFF = 0.05  # of the number of quads: more is said
+
+
 def count(number, one, many=None):
     return f"{number:,} {one if number == 1 else many or one + 's'}"
 
@@ -58,6 +61,8 @@ def sentences(report, transfer, seconds, lost, notes, materials=(), follows_seam
             off = "" if asset["color_error"] is None else f", colors {asset['color_error']:.1f} of 255"
             missed = f"; {count(asset['missed_texels'], 'texel')} met nothing and show what is nearest" if asset["missed_texels"] else ""
             lines.append(("TEXTURE", f"Baked normals are {asset['normal_error']:.1f}\N{DEGREE SIGN} off{off}{missed}"))
+    if kept and abs(quads - report["faces_asked"]) > MOST_OFF * report["faces_asked"]:
+        lines.append(("INFO", "Other than asked for, as the border of the selection has its vertices: Region Rim Free cuts it anew"))
     if kept:
         lines.append(("FACESEL", f"{count(kept, 'face')} around them stayed, and {'is' if kept == 1 else 'are'} among these figures"))
     if report["symmetric"]:

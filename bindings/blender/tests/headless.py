@@ -285,6 +285,43 @@ class Button(Case):
         self.assertEqual(set(table), module("settings").PLACED | set(module("settings").REST))
         self.assertEqual(module("settings").rest_of(self.settings), {})
 
+    def test_what_is_given_to_the_operator(self):
+        """As Adjust Last Operation and scripts do: it becomes the scene's setting; without it the scene's holds."""
+        obj = suzanne(1)
+        self.assertIn("REGISTER", module("operators").OBJECT_OT_quadwright_remesh.bl_options)
+        self.assertEqual(bpy.ops.object.quadwright_remesh(faces=400, symmetry="OFF"), {"FINISHED"})
+        self.assertEqual((self.settings.target, self.settings.faces, self.settings.symmetry), ("FACES", 400, "OFF"))
+        self.assertLess(abs(len(obj.data.polygons) - 400), 40)
+        self.settings.faces = 600
+        bpy.ops.object.quadwright_remesh()
+        self.assertEqual(self.settings.faces, 600)
+        self.assertLess(abs(len(obj.data.polygons) - 600), 40)
+
+    def test_edges_are_to_be_seen(self):
+        """After a run, where that is wanted."""
+        obj = suzanne(1)
+        self.settings.show_wires = False
+        remesh()
+        self.assertFalse(obj.show_wire)
+        self.settings.show_wires = True
+        remesh()
+        self.assertTrue(obj.show_wire and obj.show_all_edges)
+
+    def test_automatic_says_its_number(self):
+        obj = suzanne(2)
+        said = module("settings").automatic(obj, bpy.context, self.settings)
+        remesh()
+        self.assertLess(abs(len(obj.data.polygons) - said), 0.03 * said + 2)
+
+    def test_no_mesh(self):
+        """What has no faces is not told to be converted."""
+        bpy.ops.object.camera_add()
+        self.refuses("Camera has no faces (camera); select a mesh")
+        bpy.ops.object.empty_add()
+        self.refuses("Empty has no faces (empty); select a mesh")
+        bpy.ops.curve.primitive_bezier_circle_add()
+        self.refuses("Object > Convert > Mesh")
+
     def test_presets(self):
         """A preset sets what the library's does, another takes that back, and what is changed afterwards wins."""
         settings, options_of = self.settings, module("settings").options_of
@@ -507,7 +544,7 @@ class Refused(Case):
 
     def test_no_mesh(self):
         bpy.ops.object.empty_add()
-        self.refuses("Empty is no mesh")
+        self.refuses("Empty has no faces (empty); select a mesh")
 
     def test_no_faces(self):
         mesh = bpy.data.meshes.new("wire")

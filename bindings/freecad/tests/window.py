@@ -153,11 +153,11 @@ def what_is_wrong_is_said_in_the_panel(window):
     yield 0.2
     assert inner.isVisible()
     widget(form, "Flow").setCurrentText("ilp")  # which this build has not
+    widget(form, "Faces").setValue(200)
     ok.click()
     yield lambda: not form.findChild(QtGui.QProgressBar).isVisible()
     assert [label for label in form.findChildren(QtGui.QLabel) if "ilp" in label.text().lower() or "GLPK" in label.text()]
     widget(form, "Flow").setCurrentText("closed")
-    widget(form, "Faces").setValue(200)
     ok.click()
     yield lambda: not FreeCADGui.Control.activeDialog()
     assert obj.Document.Objects[-1].Mesh.CountFacets > 300

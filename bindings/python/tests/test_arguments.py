@@ -185,7 +185,7 @@ def test_old_names_still_work_with_a_notice(surface):
 def test_presets(surface):
     settings = quadwright.presets()["cad"]["options"]
     assert settings["sharp_angle"] == "30" and len(quadwright.presets()) >= 5
-    plain = quadwright.remesh(*surface, faces=200, sharp_angle=30.0, adaptive=0.0, loops=1.0, evenness=0.75)
+    plain = quadwright.remesh(*surface, faces=200, sharp_angle=30.0, adaptive=0.0, loops=1.0, evenness=0.75, around=int(settings["around"]))
     assert np.array_equal(quadwright.remesh(*surface, faces=200, preset="cad", evenness=0.75).vertices, plain.vertices)
     quadwright.remesh(*surface, faces=100, memory_limit="1.5G")
 

@@ -97,7 +97,7 @@ const encoder = new TextEncoder(), decoder = new TextDecoder();
 const DOMAINS = ['vertex', 'corner', 'face'], KINDS = ['values', 'normals', 'uvs', 'weights', 'labels'];
 const OPTION_KINDS = ['count', 'real', 'flag', 'choice'];
 const GUIDES = ['direction', 'loop']; // qw_guide_kind
-const FORMATS = { obj: 1, ply: 2, off: 3, glb: 5, gltf: 6 }; // qw_format
+const FORMATS = { obj: 1, ply: 2, off: 3, stl: 4, glb: 5, gltf: 6 }; // qw_format
 
 /* Whether a compiled module is the one with threads: its memory comes from outside. */
 export const isThreaded = (compiled) => WebAssembly.Module.imports(compiled).some(({ kind }) => kind === 'memory');
@@ -250,6 +250,9 @@ function readTables(m) {
 
 const argument = (message) => new QuadwrightError(message, 'ARGUMENT', 2);
 
+/* Arrays may be nested, as [[x, y, z], ...]. */
+const flat = (values) => (Array.isArray(values) && values.some(Array.isArray) ? values.flat() : values);
+
 function numbers(name, values, type) {
   if (!ArrayBuffer.isView(values) && !Array.isArray(values)) throw argument(`${name}: must be an array of numbers`);
   if (values instanceof BigInt64Array || values instanceof BigUint64Array || values instanceof DataView)
@@ -285,6 +288,7 @@ function optionText({ name, kind }, value) {
   if (name === 'symmetry' && Array.isArray(value)) return value.join(','); // a plane: x, y, z, offset
   if (name === 'wrap' && ['number', 'string'].includes(typeof value)) return String(value); // a share of the diagonal, or quads: '0.5q'
   const wanted = { flag: 'boolean', choice: 'string', count: 'number', real: 'number' }[kind];
+  if (typeof value === 'function') throw argument(`${name}: must be a ${wanted}, not a function`);
   if (typeof value !== wanted) throw argument(`${name}: must be a ${wanted}, not ${String(value)}`);
   return kind === 'flag' ? (value ? 'on' : 'off') : String(value);
 }
@@ -336,6 +340,7 @@ export class Session {
   /* Points without faces, three numbers a point, and attributes of theirs: option wrap makes a surface of them. */
   takePoints(positions, { attributes = {} } = {}) {
     const m = this.module;
+    positions = flat(positions);
     multiple('positions', numbers('positions', positions, Float64Array), 3);
     this.call('web_take_points', m.put(positions, Float64Array), positions.length / 3);
     for (const [name, attribute] of Object.entries(attributes)) this.addAttribute(name, attribute);
@@ -345,9 +350,11 @@ export class Session {
 
   takeArrays(positions, indices, { faceSize = 3, faceSizes = null, markedEdges = null, attributes = {} } = {}) {
     const m = this.module;
+    positions = flat(positions);
     multiple('positions', numbers('positions', positions, Float64Array), 3);
-    const corners = indices ?? Uint32Array.from({ length: positions.length / 3 }, (_, i) => i);
+    const corners = flat(indices) ?? Uint32Array.from({ length: positions.length / 3 }, (_, i) => i);
     numbers('indices', corners, Uint32Array);
+    markedEdges = flat(markedEdges);
     if (faceSizes) numbers('faceSizes', faceSizes, Uint32Array);
     if (markedEdges) multiple('markedEdges', numbers('markedEdges', markedEdges, Uint32Array), 2);
     if (faceSizes && faceSizes.reduce((sum, size) => sum + size, 0) !== corners.length)
@@ -365,6 +372,8 @@ export class Session {
   addAttribute(name, { values, components = 1, domain = 'vertex', kind = 'values', groups = null }) {
     const m = this.module, which = [DOMAINS.indexOf(domain), KINDS.indexOf(kind)];
     if (which.includes(-1)) throw argument(`attributes: ${name} has the domain ${domain} and the kind ${kind}`);
+    values = flat(values);
+    groups = flat(groups);
     numbers(`attributes: ${name}`, values, Float32Array);
     const perElement = kind === 'labels' ? 1 : components;
     multiple(`attributes: ${name}`, values, perElement);
@@ -384,11 +393,12 @@ export class Session {
     for (const [i, guide] of (guides ?? []).entries()) {
       const kind = GUIDES.indexOf(guide.kind ?? 'loop');
       if (kind < 0) throw argument(`guides: guide ${i} is of the kind ${guide.kind}; it must be loop or direction`);
-      multiple(`guides: points of guide ${i}`, numbers(`guides: points of guide ${i}`, guide.points, Float64Array), 3);
+      const path = flat(guide.points);
+      multiple(`guides: points of guide ${i}`, numbers(`guides: points of guide ${i}`, path, Float64Array), 3);
       const rings = guide.rings ?? 0;
       if (!Number.isInteger(rings) || rings < 0 || rings > 1000) throw argument(`guides: guide ${i} is to have ${rings} rings; it must be a number from 0 to 1000`);
-      heads.push(kind, guide.closed ? 1 : 0, guide.points.length / 3, rings);
-      for (const x of guide.points) points.push(x);
+      heads.push(kind, guide.closed ? 1 : 0, path.length / 3, rings);
+      for (const x of path) points.push(x);
     }
     this.call('web_set_guides', m.put(heads, Uint32Array), heads.length / 4, m.put(points, Float64Array));
     if (region) numbers('region', region, Uint8Array);
@@ -442,6 +452,7 @@ export class Session {
     const own = { ...(this.marked && { sharp_marks: true }), ...(keep && { keep_marks: true }) };
     for (const [name, value] of Object.entries({ ...own, ...rest })) {
       const ofAsset = tables.assetOptions.find((option) => option.name === name), row = ofAsset ?? tables.options.find((option) => option.name === name);
+      if (!row && typeof value === 'function') throw argument(`there is no option or hook ${name}, which is a function; hooks are progress and log`);
       if (!row) throw argument(`there is no option ${name}`);
       if (value === undefined || value === null) continue;
       const set = ofAsset ? 'web_set_asset_option' : 'web_set_option';
@@ -519,9 +530,9 @@ export class Session {
     return m.text(text);
   }
 
-  /* The result as a file of the command line tool, byte for byte. format: "obj", "ply", "off", "glb" or "gltf". */
+  /* The result as a file of the command line tool, byte for byte. format: "obj", "ply", "off", "stl", "glb" or "gltf". */
   save(format, { bare = false } = {}) {
-    if (!(format in FORMATS)) throw argument(`format: must be obj, ply, off, glb or gltf, not ${format}`);
+    if (!(format in FORMATS)) throw argument(`format: must be obj, ply, off, stl, glb or gltf, not ${format}`);
     this.module.takeWritten();
     this.call('web_save', FORMATS[format], bare ? 1 : 0);
     return this.module.takeWritten();

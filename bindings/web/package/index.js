@@ -6,7 +6,7 @@
  *
  * index.d.ts, which is made of the library's tables, says what there is. */
 import { CANCEL, Module, QuadwrightError, Session } from './core.js';
-import { compile, processors, startWorker } from '#platform';
+import { compile, processors, readLocal, startWorker } from '#platform';
 import { listen } from '#port';
 
 export { CANCEL, QuadwrightError };
@@ -55,6 +55,12 @@ function ready() {
 export const tables = () => ready().tables;
 
 /* ---- in a Worker */
+
+/* Functions go through no message: it is said which option is one, before the Worker is asked. */
+function checkCloneable(options) {
+  const wrong = Object.keys(options).find((name) => typeof options[name] === 'function');
+  if (wrong) throw new QuadwrightError(`${wrong}: there is no hook of that name; hooks are progress and log, and signal`, 'ARGUMENT', 2);
+}
 
 /* A surface that is remeshed more than once: what two runs have in common is made once, and the results are those of fresh runs. */
 export class Remesher {
@@ -173,8 +179,9 @@ export class Remesher {
     return answer;
   }
 
-  /* A file of OBJ, PLY, OFF, STL, GLB or glTF, or of points: bytes (ArrayBuffer or Uint8Array), or a Blob. Gives the surface as arrays. */
+  /* A file of OBJ, PLY, OFF, STL, GLB or glTF, or of points: bytes (ArrayBuffer or Uint8Array), a Blob, or in Node its path. Gives the surface as arrays. */
   async load(file, { signal, log } = {}) {
+    if (typeof file === 'string' || file instanceof URL) file = await readLocal(file);
     const bytes = file instanceof Uint8Array ? file : new Uint8Array(file instanceof ArrayBuffer ? file : await file.arrayBuffer());
     const surface = await this.#call('takeFile', [bytes], { signal, log }, true);
     this.#surface = ['takeFile', [bytes]];
@@ -196,8 +203,11 @@ export class Remesher {
     this.#surface = ['takePoints', rest];
   }
 
-  remesh(options = {}, { signal, progress, log } = {}) {
-    return this.#call('run', [options], { signal, progress, log });
+  /* Hooks lie among the options, as in remesh, or in an object of their own. */
+  async remesh(options = {}, hooks = {}) {
+    const { signal, progress, log, ...library } = { ...options, ...hooks };
+    checkCloneable(library);
+    return this.#call('run', [library], { signal, progress, log });
   }
 
   /* Steers the runs on this surface: density (a number for each vertex: edges are as many times smaller), guides (polylines on the surface:
@@ -213,7 +223,7 @@ export class Remesher {
     return this.#call('mark', [names]);
   }
 
-  /* The last result as the bytes of a file, the same as the command line tool's. format: "obj", "ply", "off", "glb" or "gltf". */
+  /* The last result as the bytes of a file, the same as the command line tool's. format: "obj", "ply", "off", "stl", "glb" or "gltf". */
   save(format, { bare = false } = {}) {
     return this.#call('save', [format, { bare }]);
   }

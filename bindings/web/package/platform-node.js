@@ -12,6 +12,7 @@ function start(url) {
   return worker;
 }
 
+export const readLocal = (path) => readFile(path);
 export const processors = () => cpus().length;
 export const startWorker = () => start(new URL('./worker.js', import.meta.url));
 export const startThread = () => start(new URL('./thread.js', import.meta.url));

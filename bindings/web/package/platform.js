@@ -15,6 +15,10 @@ export async function compile(threaded) {
   return WebAssembly.compile(await response.arrayBuffer());
 }
 
+export function readLocal() {
+  throw new TypeError('load: a path is for Node; here bytes or a Blob are needed: (await fetch(url)).blob()');
+}
+
 export const processors = () => navigator.hardwareConcurrency ?? 1;
 
 export function startWorker() {

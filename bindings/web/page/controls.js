@@ -94,6 +94,11 @@ export class Controls {
     }
   }
 
+  /* Those of a preset, "wrap=on adaptive=0.8". */
+  parsed(settings) {
+    return Object.fromEntries(settings.split(' ').filter(Boolean).map((setting) => setting.split('=')).map(([name, text]) => [name, this.parse(name, text)]));
+  }
+
   /* A value out of a link, or undefined where it is none for this option. */
   parse(name, text) {
     const known = this.rows.get(name);

@@ -77,12 +77,13 @@ const baseName = () => fileName().replace(/\.[^.]*$/, '');
 /* Of glTF the scene comes along, and of nothing else. */
 const endingOf = (name) => (/\.gl(b|tf)$/i.test(name) ? 'glb' : 'obj');
 
+const quoted = (name) => (/^[\w.-]+$/.test(name) ? name : `'${name.replaceAll("'", "'\\''")}'`);
+
 function commandLine(given = options()) {
-  const name = /^[\w.-]+$/.test(fileName()) ? fileName() : `'${fileName().replaceAll("'", "'\\''")}'`;
-  const base = /^[\w.-]+$/.test(baseName()) ? baseName() : 'mesh', files = [];
-  if (state.steering?.isPainted) files.push(`--density ${base}-density.txt`);
-  if (state.steering?.guides.length) files.push(`--guides ${base}-guides.obj`);
-  return ['quadwright', name, '-o', `${base}-quads.${endingOf(fileName())}`, ...asSwitches(given), ...files].join(' ');
+  const base = baseName(), files = [];
+  if (state.steering?.isPainted) files.push(`--density ${quoted(`${base}-density.txt`)}`);
+  if (state.steering?.guides.length) files.push(`--guides ${quoted(`${base}-guides.obj`)}`);
+  return ['quadwright', quoted(fileName()), '-o', quoted(`${base}-quads.${endingOf(fileName())}`), ...asSwitches(given), ...files].join(' ');
 }
 
 function showSettings() {
@@ -366,7 +367,7 @@ function bindTools(Tools) {
     given: givenSteering,
     chosen: showTool,
     changed: run,
-    save: (name, text) => download(`${/^[\w.-]+$/.test(baseName()) ? baseName() : 'mesh'}-${name}`, text, 'text/plain'),
+    save: (name, text) => download(`${baseName()}-${name}`, text, 'text/plain'),
   });
 }
 
@@ -459,7 +460,14 @@ function bindSettings() {
       setMaps({ bake: $('bake').checked, texture: $('texture').value });
       run();
     });
+  $('preset').addEventListener('change', () => {
+    const preset = state.tables.presets.find(({ name }) => name === $('preset').value);
+    state.controls.values = { wrap: state.wrapsPoints, ...state.controls.parsed(preset?.settings ?? '') };
+    $('preset-help').textContent = preset?.help ?? '';
+    run();
+  });
   $('reset').addEventListener('click', () => {
+    $('preset').value = $('preset-help').textContent = '';
     state.controls.values = { wrap: state.wrapsPoints };
     setMaps({});
     run();
@@ -499,6 +507,7 @@ async function startPicture() {
 async function startSettings() {
   state.tables = await init();
   state.controls = new Controls(state.tables.options, $('options'), $('more-options'), run);
+  $('preset').append(...state.tables.presets.map(({ name }) => new Option(name)));
   state.remesher = new Remesher({ memoryLimit: memoryOfTab() });
 }
 

@@ -240,6 +240,33 @@ main();`);
   }
 });
 
+test('the README\'s lines go through vite build with its defaults', () => {
+  const app = freshProject('vite-readme');
+  writeFileSync(join(app, 'main.js'), readFileSync(join(app, 'node_modules/quadwright/README.md'), 'utf8').match(/```js\n([^]*?)```/)[1]);
+  execFileSync(join(web, 'node_modules/.bin/vite'), ['build', '--base', './', '--logLevel', 'error', app], { cwd: app });
+  assert.ok(readdirSync(join(app, 'dist/assets')).some((name) => name.endsWith('.wasm')));
+});
+
+test('hooks lie with the options or beside them, functions elsewhere are named, arrays may be nested, and Node loads a path', async () => {
+  const corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]], stages = [[], []];
+  const file = join(folder, 'tetrahedron.obj');
+  writeFileSync(file, corners.map((at) => `v ${at.join(' ')}\n`).join('') + faces.map((face) => `f ${face.map((v) => v + 1).join(' ')}\n`).join(''));
+  const remesher = new quadwright.Remesher();
+  try {
+    await remesher.set(corners, faces);
+    const one = await remesher.remesh({ faces: 60, progress: (stage) => void stages[0].push(stage) });
+    await remesher.load(file);
+    const other = await remesher.remesh({ faces: 60 }, { progress: (stage) => void stages[1].push(stage) });
+    assert.deepEqual(one.quads, other.quads);
+    assert.ok(stages[0].length > 0 && stages[1].length > 0);
+    await assert.rejects(remesher.remesh({ faces: 60, onProgress: () => {} }), /onProgress: there is no hook of that name/);
+    assert.equal((await remesher.save('stl')).length, 84 + 50 * 2 * (other.quads.length / 4));
+  } finally {
+    remesher.close();
+  }
+  assert.throws(() => quadwright.remeshSync(corners, faces, { faces: () => 60 }), /faces: must be a number, not a function/);
+});
+
 const CUBE_APP = `import { init, remesh } from 'quadwright';
 const main = async () => {
   await init();

@@ -114,6 +114,24 @@ test('a page that is cross-origin isolated has several threads, the same bytes, 
   }
 });
 
+test('a preset sets its options, none takes them back, and a file keeps its name', async () => {
+  await visit(`${server.url}#sample=sheet&faces=300`);
+  await settled();
+  await page.selectOption('#preset', 'cad');
+  await settled();
+  for (const words of ['--sharp-angle 30', '--adaptive 0', '--loops 1', '--evenness 0.25']) assert.ok((await textOf('command')).includes(words), words);
+  assert.match(await textOf('preset-help'), /\w/);
+  await page.selectOption('#preset', '');
+  await settled();
+  assert.ok(!(await textOf('command')).includes('--loops'));
+  sampleFile('sheet');
+  await drop(join(folder, 'sheet.obj'), "Anna's Blüte 2.obj");
+  await settled();
+  assert.ok((await textOf('command')).startsWith("quadwright 'Anna'\\''s Blüte 2.obj' -o 'Anna'\\''s Blüte 2-quads.obj'"));
+  assert.equal(await errorOf(), null);
+  assert.deepEqual(faults, []);
+});
+
 test('every sample can be picked', async () => {
   await visit();
   const names = await page.$$eval('#sample option', (all) => all.map((one) => one.value).filter(Boolean));

@@ -30,8 +30,8 @@ static void add_candidate(qw_env *env, const look *s, uint32_t end, unsigned tur
     uint32_t v = l->corner[s->start], w = l->corner[end];
     unsigned by = (s->quarter - qw_quarter_of(qw_along(&l->complex, s->start))) & 3u;
     unsigned by_end = ((6u - turn) - qw_quarter_of(qw_along(&l->complex, end))) & 3u;
-    if (at.x < NEAREST || at.x > s->outlook->reach || fabs(at.y) > FARTHEST_ASIDE || v == w || !l->valence[w] ||
-        by == 3 || by_end == 3)
+    if (at.x < NEAREST || at.x > s->outlook->reach || fabs(at.y) > FARTHEST_ASIDE || !l->valence[w] || by == 3 ||
+        by_end == 3)
         return;
     qw_candidate k = {
         .segment = {s->start, w, qw_turned2(s->quarter, at), s->quarter}, .from = v, .ahead = at.x, .aside = at.y};

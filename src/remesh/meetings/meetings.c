@@ -1,6 +1,8 @@
 #include "remesh/meetings/meetings.h"
 
 #include "base/constants.h"
+#include "base/mechanisms.h"
+#include "remesh/meetings/strip_search.h"
 #include "remesh/meetings/tries.h"
 #include "remesh/quantise/closed_moves.h"
 #include "remesh/quantise/nearest.h"
@@ -161,6 +163,22 @@ static void make_all(qw_env *env, meeting_search *s, qw_meeting_counts *counts, 
     }
 }
 
+/* Searches on for strips that do not cross themselves, from the best offsets so far. What it finds is taken unless all
+   lines together become longer by more quads than there are fewer in such strips. */
+static void straighten_strips(qw_env *env, meeting_search *s, double share)
+{
+    qw_complex *c = &s->now.source;
+    memcpy(c->d, s->best, c->edge_count * sizeof *c->d);
+    qw_strip_search_counts counts = qw_search_strips(env, &s->terms, c, share);
+    qw_int2 *d = memcpy(QW_NEW(env, qw_int2, c->edge_count), c->d, c->edge_count * sizeof *d);
+    qw_measured_layout_fill(&s->terms, &s->now, d);
+    bool pays = s->now.lines < s->best_lines + counts.freed;
+    qw_acted(env, QW_MECH_STRIPS, counts.tried), qw_kept(env, QW_MECH_STRIPS, pays ? counts.kept : 0);
+    if (!pays) return;
+    memcpy(s->best, d, c->edge_count * sizeof *d);
+    s->best_lines = s->now.lines;
+}
+
 /* The layout as it comes, with all that does not change during the search. In the current scope. */
 static meeting_search begin_search(qw_env *env, const qw_component *component, const qw_meeting_request *request,
                                    const qw_int2 *d)
@@ -215,6 +233,7 @@ qw_meeting_counts qw_make_meetings(qw_env *env, const qw_component *component, c
         qw_measured_layout_fill(&s.terms, &s.now, memcpy(QW_NEW(env, qw_int2, edges), s.best, edges * sizeof *s.best));
     }
     make_all(env, &s, &counts, request->share);
+    if (qw_uses(env, QW_MECH_STRIPS)) straighten_strips(env, &s, request->share);
     memcpy(d, s.best, edges * sizeof *d);
     counts.length_after = (int64_t)s.best_lines;
     qw_tries_end(s.tries);

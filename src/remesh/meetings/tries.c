@@ -17,24 +17,23 @@ static const double AREA_LEFT = 0.4, CRUSHED = 5;
 
 /* ---- what a layout is worth */
 
-/* Energy of the map from the real to the integer complex that is linear on each triangle: the integral of the square of
-   how far its derivative is from the identity, in quads, and what triangles that are crushed cost. The square alone
-   takes a strip of three quads that becomes one for less than a fifth of what its rows lose. */
+double qw_triangle_energy(const qw_complex *c, uint32_t f)
+{
+    uint32_t h = 3 * f;
+    qw_double2 u = qw_along(c, h), v = qw_turned2(2, qw_along(c, h + 2));
+    qw_int2 iu = qw_steps_along(c, h), iv = qw_turn(2, qw_steps_along(c, h + 2));
+    double det = qw_cross2(u, v), left = (double)((int64_t)iu.x * iv.y - (int64_t)iu.y * iv.x);
+    if (det <= 0) return 0;
+    qw_double2 a = {iu.x - u.x, iu.y - u.y}, b = {iv.x - v.x, iv.y - v.y};
+    /* [a b] times the inverse of [u v], times det */
+    qw_double2 p = {a.x * v.y - b.x * u.y, b.x * u.x - a.x * v.x}, q = {a.y * v.y - b.y * u.y, b.y * u.x - a.y * v.x};
+    return CRUSHED * fmax(AREA_LEFT * det - left, 0) / 2 + (qw_square2(p) + qw_square2(q)) / fmax(det, 1e-6) / 2;
+}
+
 static double energy_of(const qw_complex *c)
 {
     double sum = 0;
-    for (uint32_t h = 0; h < 3 * c->face_count; h += 3) {
-        qw_double2 u = qw_along(c, h), v = qw_turned2(2, qw_along(c, h + 2));
-        qw_int2 iu = qw_steps_along(c, h), iv = qw_turn(2, qw_steps_along(c, h + 2));
-        double det = qw_cross2(u, v), left = (double)((int64_t)iu.x * iv.y - (int64_t)iu.y * iv.x);
-        if (det <= 0) continue;
-        sum += CRUSHED * fmax(AREA_LEFT * det - left, 0) / 2;
-        qw_double2 a = {iu.x - u.x, iu.y - u.y}, b = {iv.x - v.x, iv.y - v.y};
-        /* [a b] times the inverse of [u v], times det */
-        qw_double2 p = {a.x * v.y - b.x * u.y, b.x * u.x - a.x * v.x},
-                   q = {a.y * v.y - b.y * u.y, b.y * u.x - a.y * v.x};
-        sum += (qw_square2(p) + qw_square2(q)) / fmax(det, 1e-6) / 2;
-    }
+    for (uint32_t f = 0; f < c->face_count; f++) sum += qw_triangle_energy(c, f);
     return sum;
 }
 

@@ -3,22 +3,17 @@
 #ifndef QW_REMESH_QUANTISE_REGULAR_H
 #define QW_REMESH_QUANTISE_REGULAR_H
 
+#include "quadwright/quadwright.h"
 #include "remesh/quantise/network.h"
 
-/* As the option `flow`: Table 4 of the paper, and the way of remesh/quantise/quantise.h, which is none of these
- * solvers'. */
-typedef enum qw_flow_kind {
-    QW_FLOW_MF,
-    QW_FLOW_MF_MR,
-    QW_FLOW_MCF,
-    QW_FLOW_MCF_MR,
-    QW_FLOW_ILP,
-    QW_FLOW_CLOSED
-} qw_flow_kind;
+/* The option `flow`: Table 4 of the paper, and the way of remesh/quantise/quantise.h, which is none of these solvers'.
+ */
+typedef qw_flow_choice qw_flow_kind;
 
 /* Cost of changing a component: 1 a step, Eq. (7); more, the further beyond half a step from the edge itself; or the
    growth of the squared distance from the edge. The first two are the option `cost`. Maximum flow ignores costs. */
-typedef enum qw_cost_kind { QW_COST_PLAIN, QW_COST_GEOMETRIC, QW_COST_SQUARE } qw_cost_kind;
+enum { QW_COST_SQUARE = QW_COST_GEOMETRIC + 1 };
+typedef uint32_t qw_cost_kind;
 
 typedef struct qw_regular_counts {
     int64_t nodes, arcs, network_components; /* of the finest network that was solved */

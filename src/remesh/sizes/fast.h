@@ -7,8 +7,6 @@
 
 #include "quadwright/quadwright.h"
 
-typedef enum qw_fast { QW_FAST_NO, QW_FAST_DRAFT, QW_FAST_PREVIEW } qw_fast;
-
 /* The options that the stages are to see: those that say how much of something is wanted are 0 where it is left out. */
 qw_options qw_without_slow(const qw_options *options);
 

@@ -248,7 +248,7 @@ static void fit_nest(nesting *g, uint32_t nest, float *size)
             edge = fmin(edge, (double)fit[side].width / (n->rings * mean_row(fit[side].ratio)));
     n->edge = (float)edge;
     for (int side = 0; side < QW_SIDES; side++) {
-        float needed = n->edge * (float)(n->rings * mean_row(fit[side].ratio));
+        float needed = n->edge * (float)(n->most_rings * mean_row(fit[side].ratio));
         n->reach[side] = fminf(needed, fit[side].width > 0 ? fit[side].width : n->reach[side]);
         write_sizes(g, nest, side, &fit[side], size);
     }

@@ -9,7 +9,7 @@ typedef struct qw_resolution_request {
     double faces;              /* quads of the result */
     double feature_density;    /* qw_find_feature_density */
     double follow, smoothness; /* the options */
-    int64_t fast;              /* qw_fast */
+    int64_t fast;              /* qw_fast_choice */
 } qw_resolution_request;
 
 /* Number of working edges along an edge of the quads. */

@@ -3,6 +3,8 @@
    were left out are joined, in the coordinates of the input. */
 #include "whole/mirror.h"
 #include "whole/output.h"
+#include "whole/idle.h"
+#include "whole/idle.h"
 #include "whole/kept_rims.h"
 #include "whole/small.h"
 #include "run/stages/stages.h"
@@ -107,6 +109,7 @@ void qw_stage_ASSEMBLE(qw_run_state *run)
 {
     write_positions(run);
     warn_of_count(run);
+    qw_warn_of_idle(run);
     report_what_is_lost(run);
     if (run->mirror.is_used && run->report->lost_parts > 0) run->sides_unlike = QW_PARTS_LOST;
     qw_warn_of_rims(run);

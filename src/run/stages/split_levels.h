@@ -5,9 +5,6 @@
 
 #include "whole/state.h"
 
-/* The choices of the option `fit_to`, in its order. */
-enum { QW_FIT_TO_QUADS, QW_FIT_TO_LIMIT };
-
 /* In ASSEMBLE: replaces run->finished, run->output, run->reflected and run->source, and sets run->coarse, as the
    options ask for it. Fails with QW_OPTION where quads are to be split that a boundary keeps as they are. */
 void qw_make_levels(qw_run_state *run);

@@ -116,8 +116,10 @@ void qw_stage_CORE(qw_run_state *run)
 
 double qw_surface_faces(const qw_run_state *run, const qw_options *options)
 {
-    double times = qw_times_used(run);                                     /* a half is as fine as the whole would be */
-    if (qw_may_be_thin(run)) return qw_faces_wanted(run, options) / times; /* which parts are, the count decides */
+    double times = qw_times_used(run); /* a half is as fine as the whole would be */
+    if (qw_may_be_thin(run) || options->rings > 0)
+        return qw_faces_wanted(run, options) / times; /* which parts are,
+                       and around which necks there are rings, the count decides */
     double least = qw_faces_wanted(run, options) * (1 - 1e-9), faces = 1;
     while (faces < least) faces *= SURFACE_STEP;
     return faces / times;
@@ -285,9 +287,11 @@ void qw_prepare_surface(qw_run_state *run)
     double rho = qw_edge_wanted(run, qw_faces_without_small(run, run->surface_faces));
     mark_features(run, rho);
     smooth_teeth(run, rho);
-    qw_engrave_guides(run);
     run->tree = NULL; /* an earlier surface's */
     run->circles = NULL;
+    run->necks = (qw_necks){0};
+    qw_engrave_guides(run);
+    qw_engrave_necks(run, rho);
     condense(run, rho);
     find_circles(run, rho);
     qw_build_tree(run);

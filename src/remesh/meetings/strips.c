@@ -1,0 +1,168 @@
+#include "remesh/meetings/strips.h"
+
+#include <assert.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* The places of component k of edge e have the numbers first[2 e + k] .. first[2 e + k + 1] - 1, from the tail of the
+   edge's first half-edge on. */
+
+/* What a half-edge is along one axis of its triangle's frame. */
+typedef struct side {
+    int32_t steps;  /* along the axis */
+    uint32_t count; /* of its places, */
+    uint32_t first; /* which are first, first + by, ... from its tail on */
+    int32_t by;
+    uint32_t end; /* which half of its edge it is */
+} side;
+
+static side side_of(const qw_complex *c, const uint32_t *first, uint32_t h, unsigned axis)
+{
+    uint32_t e = c->edge[h];
+    unsigned k = (axis + c->rot[h]) & 1u; /* of the edge's own frame */
+    qw_int2 steps = qw_steps_along(c, h);
+    side s = {axis ? steps.y : steps.x, first[2 * e + k + 1] - first[2 * e + k], first[2 * e + k], 1, 0};
+    if (c->side[2 * e] != h) s.first += s.count - 1, s.by = -1, s.end = 1;
+    return s;
+}
+
+static uint32_t place_on(side s, uint32_t i) { return s.first + (uint32_t)(s.by * (int32_t)i); }
+
+/* Links the places of two sides of a triangle between which strips pass: `count` of them, beside the corner where `out`
+   begins and `in` ends. They run through the triangle over a length that grows from nothing at the corner to `width`,
+   which is put down at the places of the longest side. */
+static void link_around(qw_strip_room *r, side out, side in, bool out_is_longest, double width)
+{
+    uint32_t count = out_is_longest ? in.count : out.count, a = out.first, b = place_on(in, in.count - 1);
+    uint32_t *a_beyond = r->beyond + out.end, *b_beyond = r->beyond + in.end;
+    double step = width / count, length = step / 2, *to = r->length;
+    for (uint32_t i = 0; i < count; i++, a += (uint32_t)out.by, b -= (uint32_t)in.by, length += step) {
+        a_beyond[2 * a] = 2 * b + in.end, b_beyond[2 * b] = 2 * a + out.end;
+        to[out_is_longest ? a : b] += length;
+    }
+}
+
+/* The places of a triangle along an axis are those of its longest side, in the order of their coordinates from the
+   first corner on. */
+static qw_strip_rows rows_of(const side s[3], unsigned longest)
+{
+    side l = s[longest];
+    int32_t at = longest == 0 ? 0 : longest == 1 ? s[0].steps : s[0].steps + s[1].steps;
+    if (l.steps >= 0) return (qw_strip_rows){at, l.count, l.first, l.by};
+    return (qw_strip_rows){at + l.steps, l.count, place_on(l, l.count - 1), -l.by};
+}
+
+/* What crosses the longest side of a triangle leaves it by one of the two others, in order. */
+static void pass_triangle(const qw_complex *c, qw_strip_room *r, uint32_t f, unsigned axis, double double_area)
+{
+    side s[3];
+    unsigned longest = 0;
+    for (unsigned i = 0; i < 3; i++) {
+        s[i] = side_of(c, r->first, 3 * f + i, axis);
+        if (s[i].count > s[longest].count) longest = i;
+    }
+    side next = s[(longest + 1) % 3], before = s[(longest + 2) % 3];
+    assert(next.count + before.count == s[longest].count);
+    if (double_area > 0) r->rows[2 * f + axis] = rows_of(s, longest);
+    if (s[longest].count == 0) return;
+    double width = double_area / s[longest].count; /* at the corner opposite, where the triangle is widest */
+    if (before.count > 0) link_around(r, s[longest], before, true, width);
+    if (next.count > 0) link_around(r, next, s[longest], false, width);
+}
+
+static double double_area_of(const qw_complex *c, uint32_t f)
+{
+    double area = qw_int2_det(qw_steps_along(c, 3 * f), qw_steps_along(c, 3 * f + 1));
+    return area > 0 ? area : 0;
+}
+
+/* Follows the strip through place i, which has no name yet, from there both ways; names all its places after it. */
+static void name_strip(qw_strip_room *r, uint32_t i)
+{
+    double length = r->length[i];
+    r->strip[i] = i;
+    for (uint32_t way = 0; way < 2; way++)
+        for (uint32_t at = r->beyond[2 * i + way]; at != QW_NONE && r->strip[at / 2] == QW_NONE;
+             at = r->beyond[at ^ 1u])
+            r->strip[at / 2] = i, length += r->length[at / 2];
+    r->length[i] = length;
+}
+
+/* Returns the number of places; r->length becomes that of strips, by the place that names them. */
+static uint32_t find_strips(qw_env *env, const qw_complex *c, qw_strip_room *r)
+{
+    r->first = qw_grow(env, r->first, &r->first_room, 2 * (size_t)c->edge_count + 1, sizeof *r->first);
+    r->first[0] = 0;
+    for (uint32_t e = 0; e < c->edge_count; e++) {
+        r->first[2 * e + 1] = r->first[2 * e] + (uint32_t)abs(c->d[e].x);
+        r->first[2 * e + 2] = r->first[2 * e + 1] + (uint32_t)abs(c->d[e].y);
+    }
+    uint32_t count = r->first[2 * c->edge_count];
+    r->strip = qw_grow(env, r->strip, &r->strip_room, count + 1, sizeof *r->strip);
+    r->length = qw_grow(env, r->length, &r->length_room, count + 1, sizeof *r->length);
+    r->beyond = qw_grow(env, r->beyond, &r->beyond_room, 2 * (size_t)count + 2, sizeof *r->beyond);
+    r->rows = qw_grow(env, r->rows, &r->rows_room, 2 * (size_t)c->face_count, sizeof *r->rows);
+    memset(r->strip, 0xff, count * sizeof *r->strip);
+    for (uint32_t e = 0; e < c->edge_count; e++) /* strips end at the boundary */
+        for (uint32_t i = r->first[2 * e]; i < r->first[2 * e + 2] && c->side[2 * e + 1] == QW_NONE; i++)
+            r->beyond[2 * i + 1] = QW_NONE;
+    memset(r->length, 0, count * sizeof *r->length);
+    for (uint32_t f = 0; f < c->face_count; f++)
+        for (unsigned axis = 0; axis < 2; axis++) pass_triangle(c, r, f, axis, double_area_of(c, f));
+    for (uint32_t i = 0; i < count; i++)
+        if (r->strip[i] == QW_NONE) name_strip(r, i);
+    return count;
+}
+
+/* Whether the middle of the cell of column x and row y lies in triangle f or on its sides. */
+static bool has_middle(const qw_complex *c, uint32_t f, int64_t x, int64_t y)
+{
+    int64_t cx = 0, cy = 0; /* the corner that a side begins at */
+    for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
+        qw_int2 u = qw_steps_along(c, h);
+        if (u.x * (2 * (y - cy) + 1) < u.y * (2 * (x - cx) + 1)) return false;
+        cx += u.x, cy += u.y;
+    }
+    return true;
+}
+
+static uint32_t place_in(const qw_strip_rows *rows, uint32_t i)
+{
+    return rows->first + (uint32_t)(rows->by * (int32_t)i);
+}
+
+/* Finds the strips that cross themselves in triangle f and have not in any before. */
+static void find_crossings(const qw_complex *c, uint32_t f, qw_strip_room *r)
+{
+    const qw_strip_rows *x = &r->rows[2 * f], *y = x + 1;
+    for (uint32_t i = 0; i < x->count; i++) { /* the columns of each strip, as a list from the last one on */
+        uint32_t place = place_in(x, i), strip = r->strip[place];
+        r->before[place] = r->face[strip] == f ? r->last[strip] : QW_NONE;
+        r->face[strip] = f, r->last[strip] = i;
+    }
+    for (uint32_t j = 0; j < y->count; j++) {
+        uint32_t strip = r->strip[place_in(y, j)];
+        if (r->crosses[strip] || r->face[strip] != f) continue;
+        for (uint32_t i = r->last[strip]; i != QW_NONE && !r->crosses[strip]; i = r->before[place_in(x, i)])
+            r->crosses[strip] = has_middle(c, f, x->least + (int64_t)i, y->least + (int64_t)j);
+    }
+}
+
+qw_strip_counts qw_count_strips(qw_env *env, const qw_complex *c, qw_strip_room *r)
+{
+    uint32_t count = find_strips(env, c, r);
+    r->face = qw_grow(env, r->face, &r->face_room, count + 1, sizeof *r->face);
+    r->last = qw_grow(env, r->last, &r->last_room, count + 1, sizeof *r->last);
+    r->before = qw_grow(env, r->before, &r->before_room, count + 1, sizeof *r->before);
+    r->crosses = qw_grow(env, r->crosses, &r->crosses_room, count + 1, sizeof *r->crosses);
+    memset(r->face, 0xff, count * sizeof *r->face), memset(r->crosses, 0, count);
+    for (uint32_t f = 0; f < c->face_count; f++)
+        if (double_area_of(c, f) > 0) find_crossings(c, f, r);
+    qw_strip_counts k = {0};
+    for (uint32_t i = 0; i < count; i++) {
+        if (r->strip[i] != i || r->length[i] == 0) continue;
+        k.strips++, k.area += r->length[i];
+        if (r->crosses[i]) k.crossing++, k.crossing_area += r->length[i];
+    }
+    return k;
+}

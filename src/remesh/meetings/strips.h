@@ -1,0 +1,42 @@
+/* Strips of quads, side by side, as integers of a complex make them: how large a part of them crosses itself.
+ *
+ * A strip is a curve half-way between two lattice lines. It crosses edges of the complex at half-integer places, as
+ * many as a component of the offset is long, and passes each triangle straight on: what it meets is known from the
+ * places alone, without any quad (normal curves, as of Haken 1961). A quad lies where two strips cross. */
+#ifndef QW_REMESH_MEETINGS_STRIPS_H
+#define QW_REMESH_MEETINGS_STRIPS_H
+
+#include "remesh/quantise/complex.h"
+
+typedef struct qw_strip_counts {
+    uint32_t strips, crossing; /* of all, those that cross themselves */
+    double area;               /* quads, each once for either of its two strips */
+    double crossing_area;      /* of it in strips that cross themselves */
+} qw_strip_counts;
+
+/* The places that a triangle has along one axis of its frame: first, first + by, ... at coordinates least + 1/2, ... */
+typedef struct qw_strip_rows {
+    int32_t least;
+    uint32_t count, first;
+    int32_t by;
+} qw_strip_rows;
+
+/* Room to count strips in, zeroed before the first count; for complexes of the same edges. */
+typedef struct qw_strip_room {
+    uint32_t *first;     /* uint32_t[2 edges + 1]: see strips.c */
+    qw_strip_rows *rows; /* qw_strip_rows[2 faces]: along x, along y; of those with a positive area */
+    /* [places]; those of a strip at the lowest of its places, which names it */
+    uint32_t *strip;       /* the name */
+    uint32_t *beyond;      /* uint32_t[2 places]: where the strip goes on in the triangle of the first half-edge, and of
+                              the second: 2 place + the half-edge that it arrives by, or QW_NONE */
+    double *length;        /* of a strip: quads, those twice where it crosses itself */
+    uint32_t *face, *last; /* of a strip: the last triangle in which it is a column, the last column there */
+    uint32_t *before;      /* of a column's place: the column before it of the same strip, or QW_NONE */
+    uint8_t *crosses;      /* of a strip: whether it crosses itself */
+    size_t first_room, rows_room, strip_room, beyond_room, length_room, face_room, last_room, before_room, crosses_room;
+} qw_strip_room;
+
+/* c: closed, with integers in c->d. Triangles without a positive area count nothing. */
+qw_strip_counts qw_count_strips(qw_env *env, const qw_complex *c, qw_strip_room *room);
+
+#endif
