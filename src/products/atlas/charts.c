@@ -8,14 +8,19 @@
 #include <string.h>
 
 enum {
-    RIGID_STEPS = 4,  /* of a merger: the parts lie flat before, and only what lies between them has to give way */
-    FIRST_STEPS = 6,  /* of a patch by itself, from the circle */
-    LOWER_STEPS = 40, /* where those leave inverted triangles, and at the end */
+    RIGID_STEPS = 4,   /* of a merger: the parts lie flat before, and only what lies between them has to give way */
+    STIFFENINGS = 2,   /* of a merger whose triangles give way too much */
+    FEW_TRIANGLES = 8, /* that may be stiffened in any chart */
+    CRUMB = 16,        /* faces of a chart that is joined to any other in the end, however that is shaped */
+    FIRST_STEPS = 6,   /* of a patch by itself, from the circle */
+    LOWER_STEPS = 40,  /* where those leave inverted triangles, and at the end */
     MOST_LANE_BYTES = 1 << 26,
     LANE_BYTES = 1024, /* a face, of the memory in which two charts are laid flat on a thread */
     GRID_BITS = 23     /* exact tests see the root of the surface's area as so many bits: finer than what is written */
 };
 static const double MOST_OF_ONE = 3;     /* a triangle may be stretched so much more than the mean of its chart */
+static const double MOST_OF_CRUMBS = 8;  /* the same where a crumb is joined to a chart */
+static const double STIFFENED = 0.02;    /* of the triangles, at most: where more give way, others would in turn */
 static const double SMALL_CHART = 0.003; /* of the surface: what is smaller packs anyhow */
 static const double SHARE_OF_FULL =
     8; /* more of the surface, times the square of how much more than `fill` is filled */
@@ -54,7 +59,9 @@ typedef struct maker {
     const double *weight;   /* may be NULL */
     const uint32_t *mirror; /* may be NULL */
     double most_stretch;
-    double total; /* area of the surface */
+    double most_of_one; /* triangles may be stretched so much more than that */
+    bool only_crumbs;   /* of two charts one has to be a crumb */
+    double total;       /* area of the surface */
     bounds bounds;
     uint32_t joins_left; /* so many more are made */
     candidate *heap;
@@ -117,7 +124,8 @@ static bool is_compact(const maker *k, const qw_flat *t)
 static bool is_fair(const maker *k, const qw_flat *t)
 {
     qw_stretch s = qw_flat_stretch(t);
-    return is_compact(k, t) && s.inverted == 0 && s.mean <= k->most_stretch && s.most <= MOST_OF_ONE * k->most_stretch;
+    return is_compact(k, t) && s.inverted == 0 && s.mean <= k->most_stretch &&
+           s.most <= k->most_of_one * k->most_stretch;
 }
 
 static void keep_uv(maker *k, const qw_flat *t)
@@ -228,6 +236,17 @@ static uint32_t *seams_of(const maker *k, qw_env *env, const candidate *c, bool 
     return path;
 }
 
+/* As rigid as possible, those triangles more that give way too much, as long as few do. */
+static void lay_flat(const maker *k, qw_env *env, qw_flat *t)
+{
+    qw_flat_rigid(env, t, RIGID_STEPS);
+    for (uint32_t round = 0; round < STIFFENINGS; round++) {
+        uint32_t count = is_compact(k, t) ? qw_flat_stiffen(t, k->most_of_one * k->most_stretch) : 0;
+        if (count == 0 || count > STIFFENED * t->triangle_count + FEW_TRIANGLES) return;
+        qw_flat_rigid(env, t, RIGID_STEPS);
+    }
+}
+
 /* double[corners of the two charts][2]: their coordinates where, joined along such seams, they lie flat fairly; NULL:
    they do not. Nothing changes but the seams, which are back in the end: charts that share none may be looked at on
    other threads. */
@@ -245,7 +264,7 @@ static double (*lie_together(const maker *k, qw_env *env, const candidate *c, co
     bool good = qw_flat_is_planar(&t);
     if (good) {
         begin_at(k, env, &t, of_a, turn, shift);
-        qw_flat_rigid(env, &t, RIGID_STEPS);
+        lay_flat(k, env, &t);
         good = is_fair(k, &t) && qw_flat_is_simple(env, &t, grid_of(k, &t));
     }
     if (good) {
@@ -334,6 +353,7 @@ static void offer(maker *k, uint32_t a, uint32_t h, uint32_t length, double weig
     uint32_t b = k->chart_of[k->m->face[k->m->twin[h]]];
     const qw_chart *ca = &k->made.chart[a], *cb = &k->made.chart[b];
     if (was_refused(k, a, b) || was_refused(k, b, a)) return;
+    if (k->only_crumbs && ca->count >= CRUMB && cb->count >= CRUMB) return;
     candidate c = {.a = a, .b = b, .stamp_a = ca->stamp, .stamp_b = cb->stamp, .first = h, .length = length};
     c.key = weight / fmin(ca->perimeter, cb->perimeter);
     push(k, c);
@@ -810,6 +830,14 @@ static void join_some(choice *c, const state *next)
     }
 }
 
+/* Joins what is left of crumbs to their neighbours. */
+static void join_crumbs(maker *k)
+{
+    state s;
+    k->only_crumbs = true, k->most_of_one = MOST_OF_CRUMBS;
+    if (join_more(k, levels[LEVELS - 1], UINT32_MAX, &s)) go_back(k, &s);
+}
+
 /* Joins at every level, and takes the last whose charts pack well, else the first. */
 static void join_at_levels(maker *k, qw_chart_judge *judge, void *user)
 {
@@ -831,6 +859,7 @@ static void join_at_levels(maker *k, qw_chart_judge *judge, void *user)
     }
     if (judge && low + 1 < count) join_some(&c, &all[low + 1]);
     go_back(k, &c.best);
+    if (judge) join_crumbs(k);
 }
 
 qw_charts_made qw_make_charts(qw_env *env, qw_atlas_mesh *mesh, double most_stretch, const double *weight,
@@ -838,6 +867,7 @@ qw_charts_made qw_make_charts(qw_env *env, qw_atlas_mesh *mesh, double most_stre
 {
     maker k = {
         .env = env, .m = mesh, .most_stretch = most_stretch, .weight = weight, .mirror = mirror, .bounds = levels[0]};
+    k.most_of_one = MOST_OF_ONE;
     k.made.uv = qw_alloc_zero(env, mesh->corner_count, sizeof *k.made.uv);
     k.local = QW_NEW(env, uint32_t, mesh->corner_count);
     uint32_t threads = qw_env_threads(env);

@@ -5,6 +5,8 @@
 #include <assert.h>
 #include <string.h>
 
+static const double STIFFER = 4; /* a triangle that has been stretched too far */
+
 /* ---- the disk */
 
 /* Numbers the vertices of a chart: corners that no seam parts are one. */
@@ -112,6 +114,8 @@ qw_flat qw_flat_of(qw_env *env, const qw_atlas_mesh *m, const uint32_t *face, ui
     t.place = QW_NEW(env, uint32_t, t.corner_count), t.vertex = QW_NEW(env, uint32_t, t.corner_count);
     t.corner = QW_NEW(env, uint32_t, 3 * (size_t)t.triangle_count);
     t.rest = qw_alloc(env, t.triangle_count, sizeof *t.rest), t.area = QW_NEW(env, double, t.triangle_count);
+    t.stiff = QW_NEW(env, double, t.triangle_count);
+    for (uint32_t f = 0; f < t.triangle_count; f++) t.stiff[f] = 1;
     t.next = QW_NEW(env, uint32_t, t.corner_count);
     for (uint32_t i = 0, n = 0; i < count; i++) {
         uint32_t begin = n;
@@ -148,7 +152,7 @@ static void fill_matrix(qw_flat *t, bool equal, const uint8_t *held)
         if (!equal) gradients(t->rest[f], g);
         for (int i = 0; i < 3; i++)
             for (int j = i + 1; j < 3; j++) {
-                double w = equal ? -1 : t->area[f] * (g[i][0] * g[j][0] + g[i][1] * g[j][1]);
+                double w = equal ? -1 : t->stiff[f] * t->area[f] * (g[i][0] * g[j][0] + g[i][1] * g[j][1]);
                 if (!held[v[i]]) qw_envelope_add(&t->matrix, v[i], v[i], -w);
                 if (!held[v[j]]) qw_envelope_add(&t->matrix, v[j], v[j], -w);
                 if (!held[v[i]] && !held[v[j]]) qw_envelope_add(&t->matrix, v[i], v[j], w);
@@ -235,12 +239,13 @@ void qw_flat_rigid(qw_env *env, qw_flat *t, uint32_t steps)
             if (t->area[f] == 0) continue;
             map_of(t, f, j), gradients(t->rest[f], g);
             double c = j[0][0] + j[1][1], s = j[1][0] - j[0][1], l = sqrt(c * c + s * s);
+            double weight = t->stiff[f] * t->area[f];
             if (l > 0) c /= l, s /= l;
             else c = 1, s = 0;
             for (int i = 0; i < 3; i++) {
                 uint32_t v = t->corner[3 * f + (uint32_t)i];
-                b[v] += t->area[f] * (c * g[i][0] - s * g[i][1]);
-                b[t->vertex_count + v] += t->area[f] * (s * g[i][0] + c * g[i][1]);
+                b[v] += weight * (c * g[i][0] - s * g[i][1]);
+                b[t->vertex_count + v] += weight * (s * g[i][0] + c * g[i][1]);
             }
         }
         for (int k = 0; k < 2; k++) {
@@ -252,6 +257,19 @@ void qw_flat_rigid(qw_env *env, qw_flat *t, uint32_t steps)
         qw_heartbeat(env);
     }
     qw_free(env, b);
+}
+
+uint32_t qw_flat_stiffen(qw_flat *t, double most)
+{
+    uint32_t count = 0;
+    for (uint32_t f = 0; f < t->triangle_count; f++) {
+        double j[2][2], s1, s2;
+        if (t->area[f] == 0) continue;
+        map_of(t, f, j), singular_values((const double(*)[2])j, &s1, &s2);
+        if (s2 > 0 && fmax(s1, 1 / s2) <= most) continue;
+        t->stiff[f] *= STIFFER, count++;
+    }
+    return count;
 }
 
 /* ---- symmetric Dirichlet energy */
@@ -290,6 +308,7 @@ void qw_flat_lower(qw_env *env, qw_flat *t, uint32_t steps)
     size_t n = t->vertex_count;
     double *d = QW_NEW(env, double, 2 * n), *gradient = QW_NEW(env, double, 2 * n), step = 0.25;
     double(*moved)[2] = qw_alloc(env, n, sizeof *moved);
+    for (uint32_t f = 0; f < t->triangle_count; f++) t->stiff[f] = 1;
     factor_stiffness(env, t);
     double now = energy_of(t, (const double(*)[2])t->at, gradient);
     for (uint32_t i = 0; i < steps && now < INFINITY; i++) {

@@ -15,6 +15,7 @@ typedef struct qw_flat {
     uint32_t *corner;  /* uint32_t[triangle_count][3]: vertices, counter-clockwise */
     double (*rest)[3]; /* double[triangle_count][3]: its corners in space lie at (0, 0), (x, 0), (y, z) */
     double *area;      /* double[triangle_count]: in space; 0: degenerate, and left out */
+    double *stiff;     /* double[triangle_count]: how rigid each triangle is, times its area; 1 at first */
     double total;      /* sum of the areas */
     double (*at)[2];   /* double[vertex_count][2] */
     uint32_t *rim; /* uint32_t[rim_count]: where each edge of the boundary begins: loops one after the other, the chart
@@ -39,6 +40,9 @@ bool qw_flat_is_planar(const qw_flat *flat);
 void qw_flat_on_circle(qw_env *env, qw_flat *flat);
 /* As rigid as possible (Liu et al. 2008): each step fits a rotation to each triangle, then places the vertices. */
 void qw_flat_rigid(qw_env *env, qw_flat *flat, uint32_t steps);
+/* Makes all triangles that are inverted, or whose larger of s1 and 1 / s2 is above the bound, more rigid. Returns how
+   many. */
+uint32_t qw_flat_stiffen(qw_flat *flat, double most);
 /* Lowers the symmetric Dirichlet energy by steps that are Laplacians of its gradient (Kovalsky et al. 2016), each as
    long as lowers it and inverts no triangle. None may be inverted on entry. */
 void qw_flat_lower(qw_env *env, qw_flat *flat, uint32_t steps);
