@@ -386,7 +386,6 @@ static void test_text_forms(void **state)
 static void test_refused_formats(void **state)
 {
     char path[1024];
-    expect(&(job){.env = *state, .path = in_folder(path, "a.stl"), .mesh = &mixed}, QW_UNSUPPORTED, "STL");
     expect(&(job){.env = *state, .path = in_folder(path, "a.xyz"), .mesh = &mixed}, QW_FORMAT_UNKNOWN, "a.xyz");
     expect(&(job){.env = *state, .path = "obj", .mesh = &mixed}, QW_FORMAT_UNKNOWN, "obj");
     expect(&(job){.env = *state, .path = "", .mesh = &mixed}, QW_FORMAT_UNKNOWN, "");
