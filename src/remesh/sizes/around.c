@@ -16,6 +16,8 @@
 static const double MOST_GROWN = 2;
 /* In radians: pieces of a curve that turn by less are one. */
 static const float STRAIGHT = 2e-3f;
+/* Cosine between an edge and what may be a piece of it. */
+static const float ALONG = 0.999f;
 enum {
     PIECES = 512, /* of a curve are looked at for each circle, at most */
     LOOKS = 8,    /* rounds of averaging after which a bend counts as it is */
@@ -120,11 +122,12 @@ static void find_in_surface(qw_env *env, const qw_trimesh *m, double least, floa
 
 /* ---- long edges that are cut */
 
-/* The half-edge from a vertex that goes on in a direction, as the pieces of an edge do. */
+/* The half-edge from a vertex that goes on in a direction, as the pieces of an edge do; QW_NONE where none does:
+   rounding bends the pieces of needles. */
 static uint32_t straight_on(const qw_trimesh *m, const uint32_t *outgoing, uint32_t v, qw_vec3 d)
 {
     uint32_t best = QW_NONE, h = outgoing[v];
-    float most = -1;
+    float most = ALONG;
     do {
         float cosine = qw_dot(qw_normalize(qw_edge_way(m, h)), d);
         if (cosine > most) most = cosine, best = h;
@@ -151,14 +154,15 @@ static void find_along_edges(qw_env *env, const qw_trimesh *m, const qw_trimesh 
     for (uint32_t h = 0; h < 3 * m->face_count; h++) {
         if (!qw_stands_for_edge(m, h)) continue;
         float r = radius_across(m, h, with_boundary);
-        uint32_t to = m->corner[qw_next(h)], v = m->corner[h];
+        uint32_t v = m->corner[h];
         qw_vec3 d = qw_normalize(qw_edge_way(m, h));
         for (uint32_t k = 0; r < INFINITY && k < cut->vertex_count; k++) {
-            v = cut->corner[qw_next(straight_on(cut, outgoing, v, d))];
+            uint32_t next = straight_on(cut, outgoing, v, d);
+            if (next == QW_NONE) break;
+            v = cut->corner[qw_next(next)];
             if (v < m->vertex_count) break;
             radius[v] = fminf(radius[v], r);
         }
-        assert(!(r < INFINITY) || v == to);
     }
     qw_free(env, outgoing);
 }

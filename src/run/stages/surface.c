@@ -289,7 +289,6 @@ void qw_prepare_surface(qw_run_state *run)
     smooth_teeth(run, rho);
     run->tree = NULL; /* an earlier surface's */
     run->circles = NULL;
-    run->necks = (qw_necks){0};
     qw_engrave_guides(run);
     qw_engrave_necks(run, rho);
     condense(run, rho);
