@@ -390,6 +390,11 @@ static void stages_are_written_and_resumed(void **state)
         assert_int_equal(tool("--from-stage state.bin -o resumed.obj -f 600 -q")->code, 0);
         assert_int_equal(shell("cd " FOLDER " && cmp whole.obj resumed.obj"), 0);
     }
+    /* what the surface holds for sizes to come */
+    assert_int_equal(tool("in.obj -o whole.obj -f 600 -q --around 24 --rings 1")->code, 0);
+    assert_int_equal(tool("in.obj --dump-stage surface:state.bin -f 600 -q --around 24 --rings 1")->code, 0);
+    assert_int_equal(tool("--from-stage state.bin -o resumed.obj -f 600 -q --around 24 --rings 1")->code, 0);
+    assert_int_equal(shell("cd " FOLDER " && cmp whole.obj resumed.obj"), 0);
 }
 
 static int64_t lines_of(const char *text)

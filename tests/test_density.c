@@ -204,23 +204,23 @@ static void circles_are_found(void **state)
     const uint32_t rows[] = {60, 1};
     for (int i = 0; i < 2; i++) {
         qw_trimesh rod = unit_cylinder(env, 36, rows[i], 12), cut = qw_without_long_edges(env, &rod, 0.4f, 1 << 20);
-        float *radius = qw_find_circles(env, &rod, &cut, 0.5, true), *size = QW_NEW(env, float, cut.vertex_count);
+        float *bend = qw_find_circles(env, &rod, &cut, 0.5, true), *size = QW_NEW(env, float, cut.vertex_count);
         uint32_t inside = 0;
         for (uint32_t v = 0; v < cut.vertex_count; v++) {
-            if (fabsf(cut.position[v].z - 6) < 4 && radius[v] < INFINITY) {
+            if (fabsf(cut.position[v].z - 6) < 4 && bend[v] > 0) {
                 inside++;
-                assert_true(fabsf(radius[v] - 1) < 0.02f);
+                assert_true(fabsf(bend[v] - 1) < 0.02f);
             }
             size[v] = 1;
         }
         assert_true(inside >= 36);
         double quads = qw_quads_of_size(&cut, size);
         for (uint32_t v = 0; v < cut.vertex_count; v++)
-            if (cut.position[v].z > 2) radius[v] = INFINITY; /* there is room */
-        qw_fit_around(env, &cut, radius, 0.6, size);
+            if (cut.position[v].z > 2) bend[v] = 0; /* there is room */
+        qw_fit_around(env, &cut, bend, 0.6, size);
         assert_true(fabs(qw_quads_of_size(&cut, size) / quads - 1) < 0.01);
         for (uint32_t v = 0; v < cut.vertex_count; v++)
-            assert_true(cut.position[v].z > 2 || !(radius[v] < INFINITY) || size[v] <= 0.61f);
+            assert_true(cut.position[v].z > 2 || !(bend[v] > 0) || size[v] <= 0.61f);
     }
     qw_env_destroy(env);
 }

@@ -18,6 +18,8 @@ static const double MOST_GROWN = 2;
 static const float STRAIGHT = 2e-3f;
 /* Cosine between an edge and what may be a piece of it. */
 static const float ALONG = 0.999f;
+/* Single precision has no smaller circles in the frame. */
+static const float LEAST_RADIUS = 1e-6f;
 enum {
     PIECES = 512, /* of a curve are looked at for each circle, at most */
     LOOKS = 8,    /* rounds of averaging after which a bend counts as it is */
@@ -176,6 +178,7 @@ float *qw_find_circles(qw_env *env, const qw_trimesh *mesh, const qw_trimesh *cu
     find_in_surface(env, mesh, least, radius);
     find_in_curves(env, mesh, least, with_boundary, radius);
     if (n > mesh->vertex_count) find_along_edges(env, mesh, cut, with_boundary, radius);
+    for (uint32_t v = 0; v < n; v++) radius[v] = 1 / fmaxf(radius[v], LEAST_RADIUS);
     return radius;
 }
 
@@ -186,7 +189,7 @@ enum { GIVEN, CIRCLES, YIELDING }; /* what gives way, in this order */
 typedef struct fitting {
     qw_env *env;
     const qw_trimesh *mesh;
-    const float *radius, *given;
+    const float *bend, *given;
     double turn;
     double factor[YIELDING]; /* by which each is larger than asked for */
     float *size;
@@ -197,7 +200,8 @@ static double set_sizes(const fitting *t)
 {
     const qw_trimesh *m = t->mesh;
     float given = (float)t->factor[GIVEN], turn = (float)(t->factor[CIRCLES] * t->turn);
-    for (uint32_t v = 0; v < m->vertex_count; v++) t->size[v] = fminf(given * t->given[v], turn * t->radius[v]);
+    for (uint32_t v = 0; v < m->vertex_count; v++)
+        t->size[v] = t->bend[v] > 0 ? fminf(given * t->given[v], turn / t->bend[v]) : given * t->given[v];
     qw_limit_gradation(t->env, m, t->size, (float)t->turn);
     return qw_quads_of_size(m, t->size);
 }
@@ -220,14 +224,14 @@ static bool find_room(fitting *t, double quads, int yielding, double most)
     return true;
 }
 
-void qw_fit_around(qw_env *env, const qw_trimesh *mesh, const float *radius, double turn, float *size)
+void qw_fit_around(qw_env *env, const qw_trimesh *mesh, const float *bend, double turn, float *size)
 {
     const double most[YIELDING] = {MOST_GROWN, 1e3};
     assert(turn > 0 && mesh->twin && size);
     uint32_t n = mesh->vertex_count;
     float *given = QW_NEW(env, float, n);
     memcpy(given, size, n * sizeof *given);
-    fitting t = {env, mesh, radius, given, turn, {1, 1}, size};
+    fitting t = {env, mesh, bend, given, turn, {1, 1}, size};
     double quads = qw_quads_of_size(mesh, given);
     bool fits = set_sizes(&t) <= quads;
     for (int k = 0; k < YIELDING && !fits; k++) fits = find_room(&t, quads, k, most[k]);
