@@ -80,12 +80,12 @@ def test_a_session(folder, client):
     assert set(tools) == {"remesh", "asset", "measure", "render", "options", "batch"}
     assert "scan" in tools["asset"]["inputSchema"]["properties"]["preset"]["enum"] and not tools["asset"]["annotations"]["readOnlyHint"]
     [picture] = client.call("render", inputs=["scan.ply"], width=320, height=240)["content"]
-    number = client.ask("tools/call", name="asset", arguments={"input": "scan.ply", "output": str(folder / "made.glb"), "faces": 300, "preset": "scan", "texture": 64},
+    number = client.ask("tools/call", name="asset", arguments={"input": "scan.ply", "output": str(folder / "made.glb"), "faces": 2000, "preset": "scan", "texture": 256},
                         _meta={"progressToken": "asset"})
     result = client.answer(number)["result"]
     told = result["structuredContent"]
     assert not result.get("isError") and json.loads(result["content"][0]["text"]) == told
-    assert abs(told["quads"] - 300) < 60 and told["asset"]["charts"] > 0 and told["output"] == str(folder / "made.glb")
+    assert abs(told["quads"] - 2000) < 100 and told["asset"]["charts"] > 0 and told["output"] == str(folder / "made.glb")
     progress = [note["params"] for note in client.notes if note["method"] == "notifications/progress"]
     values = [note["progress"] for note in progress]
     assert len(values) > 5 and values == sorted(set(values)) and all(note["progressToken"] == "asset" and 0 <= note["progress"] <= note["total"] for note in progress)

@@ -359,7 +359,7 @@ test('words that mean the same at every host: CANCEL, preset, keep, a plane of s
     told.push(notices.length);
     const same = (a, b) => told.push(String(a.positions) === String(b.positions));
     same(remeshSync(positions, triangles, { faces: 50, preset: 'cad', loops: 0.5 }),
-      remeshSync(positions, triangles, { faces: 50, sharp_angle: 30, adaptive: 0, evenness: 0.25 }));
+      remeshSync(positions, triangles, { faces: 50, sharp_angle: 30, adaptive: 0, evenness: 0.25, around: 12 }));
     same(remeshSync(positions, triangles, { faces: 50, symmetry: [1, 0, 0, 0.5], memoryLimit: '1G' }),
       remeshSync(positions, triangles, { faces: 50, symmetry: 'plane', symmetry_x: 1, symmetry_offset: 0.5 }));
     told.push(tables().presets.length >= 5);

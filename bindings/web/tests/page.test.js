@@ -439,7 +439,7 @@ test('it is painted by touch, on a narrow screen', async () => {
 });
 
 test('the plane of symmetry is shown', async () => {
-  await visit(`${server.url}#sample=bracket&faces=400&symmetry=any`);
+  await visit(`${server.url}#sample=bracket&faces=400&symmetry=x`);
   await settled();
   assert.equal(await errorOf(), null);
   assert.equal(await page.getAttribute('#canvas', 'data-plane'), 'shown');
