@@ -226,6 +226,39 @@ static void one_guide_gives_rings(void **state)
     shape_free(&s);
 }
 
+/* Ovals on a plain ball: inside, where lines get shorter, there are as many rings as were asked for, but for one. */
+static void ovals_have_rings_inside(void **state)
+{
+    (void)state;
+    shape s = shape_sphere(32);
+    qw_mesh_view view = shape_view(&s), quads;
+    qw_context *context;
+    assert_int_equal(qw_create(NULL, &context), QW_OK);
+    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+    qw_options options;
+    qw_options_init(&options);
+    options.faces = 3000, options.symmetry = 0;
+    enum { RINGS = 4 };
+    for (int longer = 0; longer <= 2; longer++)
+        for (int wide = 0; wide < 2; wide++) {
+            double p[DRAWN][3], mean = wide ? 0.64 : 0.45, most = mean * (1 + 0.1 * longer);
+            for (int i = 0; i < DRAWN; i++) {
+                double a = 6.283185307179586 * i / DRAWN, angle = mean * (1 + 0.1 * longer * cos(2 * a));
+                p[i][0] = sin(angle) * cos(a), p[i][1] = sin(angle) * sin(a), p[i][2] = cos(angle);
+            }
+            qw_guide guide = {sizeof guide, QW_GUIDE_LOOP, 1, DRAWN, p[0], RINGS};
+            uint32_t edges;
+            assert_int_equal(qw_set_guides(context, &guide, 1), QW_OK);
+            if (qw_run(context, &options) != QW_OK) fail_msg("%s", qw_message(context));
+            qw_get_mesh(context, &quads);
+            uint32_t found = count_rings(&quads, 0.98 * most, &edges);
+            printf("%.2f, longer by %d tenths: %u rings inside\n", mean, longer, found);
+            assert_true(found >= RINGS - 1 && edges >= 6);
+        }
+    qw_destroy(context);
+    shape_free(&s);
+}
+
 /* A ball with a bulb sunk into it, whose rim is narrower than what lies inside. */
 static shape ball_with_socket(void)
 {
@@ -267,9 +300,8 @@ static void a_socket_gets_rings_by_itself(void **state)
 QW_TEST_SUITE(nests)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(directions_run_around),
-        cmocka_unit_test(necks_are_found),
-        cmocka_unit_test(one_guide_gives_rings),
+        cmocka_unit_test(directions_run_around),         cmocka_unit_test(necks_are_found),
+        cmocka_unit_test(one_guide_gives_rings),         cmocka_unit_test(ovals_have_rings_inside),
         cmocka_unit_test(a_socket_gets_rings_by_itself),
     };
     return cmocka_run_group_tests_name("nests", tests, NULL, NULL);

@@ -15,16 +15,20 @@ static const double WIDEST = 1 / (2 * QW_PI);
 /* Where a band of the wanted width is no annulus, narrower ones are tried, each by this share. */
 enum { TRIES = 10 };
 /* Near the far rim of a band, above this value, the harmonic function follows its jags. The band is found wider than
-   the rings need by so many edges, and directions are set half an edge beyond them. */
+   the rings need by so many edges, and directions are set half an edge beyond them; no others within as many. */
 static const double SMOOTH = 0.9;
 static const float SPARE = 2, BEYOND = 0.5f;
 /* Weights of edges between obtuse triangles are raised to this, so that the function has its extremes on the rims. */
 static const double LEAST_WEIGHT = 0.02;
 /* Sizes grow with the lines around, up to so many times; they do not shrink with them, as rows would be too thin. */
 static const double MOST_RATIO = 2.5;
-/* Edges are small enough for the rings on the side with more room, and on the other if it has nearly as much. */
-static const float NEARLY = 0.7f;
-/* No nest needs more than this many times what it may reach. */
+/* Where lines get shorter away from the curve, rings are laid until they are as short as this share of it: as many
+   quads go around what is left inside, which are that much smaller then. */
+static const double LEAST_RATIO = 0.6;
+/* Edges are small enough for the rings on the side with more room, and on the other if it has nearly as much: the
+   inside of a circle has LEAST_RATIO of what the outside has. */
+static const float NEARLY = 0.4f;
+/* No nest needs more than this many times what it may reach; what a curve encloses lies no farther. */
 static const float FAR = 3;
 static const double TOLERANCE = 1e-4;
 enum { MAX_ITERATIONS = 1000 };
@@ -42,6 +46,7 @@ typedef struct nesting {
     uint8_t *beside;  /* uint8_t[faces]: bits 1 << side: the curve runs along the face, which lies on that side of it */
     uint32_t *face_stamp, *vertex_stamp, stamp; /* [faces], [vertices]: the band that was grown last has `stamp` */
     uint32_t *face, face_count;                 /* its faces: uint32_t[faces] */
+    int64_t euler;                              /* and its Euler number */
 } nesting;
 
 static bool is_ring_edge(const qw_trimesh *m, uint32_t h) { return m->mark && (m->mark[h] & QW_MARK_RING); }
@@ -153,7 +158,7 @@ static bool grow(nesting *g, uint32_t nest, int side, float reach)
 {
     const qw_trimesh *m = g->mesh;
     int64_t vertices = 0, rim = 0;
-    g->stamp++, g->face_count = 0;
+    g->stamp++, g->face_count = 0, g->euler = 0;
     for (uint32_t k = 0; k < g->count; k++) {
         if (g->number[k] != nest) continue;
         uint32_t f = (side == QW_LEFT ? g->half[k] : m->twin[g->half[k]]) / 3;
@@ -170,8 +175,8 @@ static bool grow(nesting *g, uint32_t nest, int side, float reach)
     }
     for (uint32_t i = 0; i < g->face_count; i++)
         for (uint32_t h = 3 * g->face[i]; h < 3 * g->face[i] + 3; h++) rim += is_rim(g, h);
-    int64_t edges = (3 * (int64_t)g->face_count + rim) / 2, euler = vertices - edges + g->face_count;
-    return g->face_count > 0 && euler == (is_closed(&g->nests->nest[nest]) ? 0 : 1);
+    g->euler = vertices - (3 * (int64_t)g->face_count + rim) / 2 + g->face_count;
+    return g->face_count > 0 && g->euler == (is_closed(&g->nests->nest[nest]) ? 0 : 1);
 }
 
 /* The widest band up to this reach that can be had; 0: there is none. */
@@ -181,6 +186,16 @@ static float grow_widest(nesting *g, uint32_t nest, int side, float reach)
         if (grow(g, nest, side, reach * (float)i / TRIES)) return reach * (float)i / TRIES;
     return 0;
 }
+
+/* All that a closed curve encloses on one side; false where that is no disc, or reaches far beyond the nest. */
+static bool grow_inside(nesting *g, uint32_t nest, int side)
+{
+    const qw_nest *n = &g->nests->nest[nest];
+    return is_closed(n) && !grow(g, nest, side, FAR * n->reach[side]) && g->face_count > 0 && g->euler == 1;
+}
+
+/* The vertex at corner i of the faces that were grown last. */
+static uint32_t corner_of(const nesting *g, uint32_t i) { return g->mesh->corner[3 * (size_t)g->face[i / 3] + i % 3]; }
 
 /* ---- sizes */
 
@@ -201,7 +216,7 @@ static double growth(const nesting *g, double length)
 
 /* Of rows from the curve out that get longer in proportion to the lines along them, up to `ratio` times: the width of
    as many of the first one's width as one is wide in all. */
-static double mean_row(double ratio) { return fabs(ratio - 1) < 1e-3 ? 1 : (ratio - 1) / qw_ln(ratio); }
+static double mean_row(double ratio) { return ratio < 1 + 1e-3 ? 1 : (ratio - 1) / qw_ln(ratio); }
 
 /* What a band of a nest is like on one side. */
 typedef struct side_fit {
@@ -214,7 +229,10 @@ static side_fit measure(nesting *g, uint32_t nest, int side)
     const qw_nest *n = &g->nests->nest[nest];
     double length = ring_length(n) / (is_closed(n) ? 1 : 2);
     side_fit fit = {grow_widest(g, nest, side, n->reach[side]), 1};
-    if (fit.width > 0) fit.ratio = fmin(fmax(1 + (double)fit.width * growth(g, length), 1), MOST_RATIO);
+    if (fit.width == 0) return fit;
+    double by = growth(g, length);
+    fit.ratio = fmin(1 + (double)fit.width * by, MOST_RATIO);
+    if (fit.ratio < LEAST_RATIO) fit.ratio = LEAST_RATIO, fit.width = (float)((LEAST_RATIO - 1) / by);
     return fit;
 }
 
@@ -226,14 +244,32 @@ static double mean_on_curve(const nesting *g, uint32_t nest, const float *size)
     return count > 0 ? sum / count : 0;
 }
 
-/* Sizes in the band on one side, as long as the lines there are. */
+/* The area of what was grown last that lies farther from the curve. */
+static double area_beyond(const nesting *g, float reach)
+{
+    double area = 0;
+    for (uint32_t i = 0; i < g->face_count; i++) {
+        double outer = 0;
+        for (uint32_t k = 0; k < 3; k++) outer += g->distance[corner_of(g, 3 * i + k)] > reach ? 1.0 / 3 : 0;
+        area += outer * 0.5 * (double)qw_length(qw_face_cross(g->mesh, g->face[i]));
+    }
+    return area;
+}
+
+/* Sizes in the band on one side, as long as the lines there are. As many quads go around what the rings enclose as
+   around the curve, so that these are a square of a quarter as many on each side. */
 static void write_sizes(nesting *g, uint32_t nest, int side, const side_fit *fit, float *size)
 {
     const qw_nest *n = &g->nests->nest[nest];
-    if (fit->width == 0 || grow_widest(g, nest, side, n->reach[side] + SPARE * n->edge) == 0) return;
+    if (fit->width == 0) return;
+    bool all = grow_inside(g, nest, side);
+    double middle = 2 * sqrt(QW_PI * area_beyond(g, n->reach[side])) / ring_length(n);
+    if (!all && grow_widest(g, nest, side, n->reach[side] + SPARE * n->edge) == 0) return;
     for (uint32_t i = 0; i < 3 * g->face_count; i++) {
-        uint32_t v = g->mesh->corner[3 * (size_t)g->face[i / 3] + i % 3];
-        size[v] = n->edge * (float)(1 + (fit->ratio - 1) * (double)(g->distance[v] / fit->width));
+        uint32_t v = corner_of(g, i);
+        double longer = fmax(1 + (fit->ratio - 1) * (double)(g->distance[v] / fit->width), 1);
+        if (!all || g->distance[v] <= n->reach[side]) size[v] = n->edge * (float)longer;
+        else size[v] = fminf(size[v], n->edge * (float)middle);
     }
 }
 
@@ -310,9 +346,9 @@ static void set_rims(potential *p, bool at_boundary)
 {
     const nesting *g = p->g;
     const qw_trimesh *m = g->mesh;
-    for (uint32_t i = 0; i < 3 * g->face_count; i++) p->place[m->corner[3 * (size_t)g->face[i / 3] + i % 3]] = QW_NONE;
+    for (uint32_t i = 0; i < 3 * g->face_count; i++) p->place[corner_of(g, i)] = QW_NONE;
     for (uint32_t i = 0; i < 3 * g->face_count; i++) {
-        uint32_t v = m->corner[3 * (size_t)g->face[i / 3] + i % 3];
+        uint32_t v = corner_of(g, i);
         if (p->place[v] == QW_NONE) p->place[v] = p->count, p->vertex[p->count++] = v;
     }
     for (uint32_t i = 0; i < g->face_count; i++)
@@ -389,6 +425,29 @@ static int64_t write_directions(const potential *p, float way, float reach, cons
     return count;
 }
 
+/* In the middle of what a closed curve encloses the field runs one way, along the longer axis: so the four cones of a
+   long oval come to lie beside one another at its ends, not one behind the other, where the first would be near the
+   curve. The whole of the inside was grown last. */
+static void direct_middle(const nesting *g, const qw_nest *n, float reach, qw_vec3 *direction)
+{
+    const qw_vec3 *position = g->mesh->position;
+    float deepest = 0, count = 0, longest = 0;
+    qw_vec3 sum = qw_v3(0, 0, 0), axis = sum;
+    for (uint32_t i = 0; i < 3 * g->face_count; i++) {
+        uint32_t v = corner_of(g, i);
+        deepest = fmaxf(deepest, g->distance[v]);
+        if (g->distance[v] > reach) sum = qw_add(sum, position[v]), count++;
+    }
+    for (uint32_t i = 0; i < 3 * g->face_count && count > 0; i++) {
+        uint32_t v = corner_of(g, i);
+        qw_vec3 out = qw_madd(position[v], -1 / count, sum);
+        if (g->distance[v] > reach && qw_length2(out) > longest) longest = qw_length2(out), axis = out;
+    }
+    float least = fmaxf((reach + deepest) / 2, reach + SPARE * n->edge);
+    for (uint32_t i = 0; i < 3 * g->face_count && longest > 0; i++)
+        if (g->distance[corner_of(g, i)] > least) direction[corner_of(g, i)] = qw_normalize(axis);
+}
+
 /* The directions of a nest's curve at its vertices. */
 static void direct_curve(const nesting *g, uint32_t nest, qw_vec3 *direction)
 {
@@ -421,6 +480,7 @@ int64_t qw_direct_nests(qw_env *env, const qw_trimesh *mesh, const qw_nests *nes
             count += write_directions(&p, side == QW_LEFT ? 1 : -1, n->reach[side] + BEYOND * n->edge, constraint,
                                       direction);
             qw_scope_end(env);
+            if (grow_inside(&g, i, side)) direct_middle(&g, n, n->reach[side], direction);
         }
     }
     qw_scope_end(env);
