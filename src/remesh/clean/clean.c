@@ -38,16 +38,6 @@ static qw_edges edges_of(qw_env *env, const qw_sheets *s)
     return qw_edges_build(env, 3, s->corner, s->face_count, s->vertex_count);
 }
 
-static void mark_open(const qw_sheets *s, const qw_edges *edges)
-{
-    memset(s->open, 0, 3 * (size_t)s->face_count * sizeof *s->open);
-    for (uint32_t v = 0; v < s->vertex_count; v++)
-        for (uint32_t i = edges->begin[v], end; i < edges->begin[v + 1]; i = end) {
-            end = qw_edge_end(edges, i, edges->begin[v + 1]);
-            if (end - i == 1) s->open[qw_side_half(edges->side[i])] = 1;
-        }
-}
-
 /* Edges are gathered again only where something was joined. */
 static void gather_again(qw_env *env, const qw_sheets *s, qw_edges *edges)
 {
@@ -62,8 +52,8 @@ static void weld(qw_env *env, qw_sheets *s, const qw_clean_input *input, qw_edge
     if (!input->separate_corners) {
         open = QW_NEW(env, uint8_t, s->vertex_count);
         if (find_open(s, edges, open) == 0) return;
-        s->open = QW_NEW(env, uint8_t, 3 * (size_t)s->face_count);
-        mark_open(s, edges);
+        s->named = QW_NEW(env, uint32_t, 3 * (size_t)s->face_count), s->names = s->vertex_count;
+        memcpy(s->named, s->corner, 3 * (size_t)s->face_count * sizeof *s->named);
     }
     uint32_t welded = qw_weld_equal(env, input->position, s->vertex_count, open, s->corner, s->face_count),
              dropped = qw_drop_degenerate(s);

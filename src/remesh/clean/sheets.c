@@ -16,7 +16,7 @@ uint32_t qw_drop_degenerate(qw_sheets *s)
         if (qw_repeats_vertex(c)) continue;
         if (kept != f) {
             memcpy(s->corner + 3 * (size_t)kept, c, 3 * sizeof *c);
-            if (s->open) memcpy(s->open + 3 * (size_t)kept, s->open + 3 * (size_t)f, 3 * sizeof *s->open);
+            if (s->named) memcpy(s->named + 3 * (size_t)kept, s->named + 3 * (size_t)f, 3 * sizeof *s->named);
             s->source[kept] = s->source[f];
         }
         kept++;
@@ -115,9 +115,16 @@ bool qw_fold_back(const qw_sheets *s, uint32_t a, uint32_t b, const qw_fold_limi
     return qw_dot_doubles(out[0], out[1]) > (agree ? limits->agreeing : limits->disagreeing);
 }
 
+/* Whether the file has both sides between the same vertices. */
+static bool is_named_alike(const qw_sheets *s, uint32_t a, uint32_t b)
+{
+    uint32_t from = s->named[a], to = s->named[qw_next(a)], other = s->named[b], end = s->named[qw_next(b)];
+    return (from == other && to == end) || (from == end && to == other);
+}
+
 bool qw_stay_apart(const qw_sheets *s, uint32_t a, uint32_t b)
 {
-    return s->open && s->open[a] && s->open[b] && qw_fold_back(s, a, b, &same_rim);
+    return s->named && !is_named_alike(s, a, b) && qw_fold_back(s, a, b, &same_rim);
 }
 
 /* Of two pairs with the same angle, that which folds inward is worse by so much: a choice for ever the same. */
@@ -152,6 +159,7 @@ static void pair_by_angle(qw_sheets *s, const double *axis, wing *w, uint32_t co
         for (wing *a = w; a < w + count; a++)
             for (wing *b = w; b < w + count; b++) {
                 if (!may_pair(a, b, both) || pair_score(axis, a, b) <= best) continue;
+                if (qw_stay_apart(s, a->half, b->half)) continue;
                 best = pair_score(axis, a, b);
                 best_a = a;
                 best_b = b;
@@ -176,22 +184,39 @@ static void pair_in_order(qw_sheets *s, uint32_t lower, const uint32_t *half, ui
     }
 }
 
-/* half: the sides of one edge whose faces live. Their twins are QW_NONE so far. Returns whether there are more than
- * two. */
-static bool pair_edge(qw_sheets *s, uint32_t lower, uint32_t upper, const uint32_t *half, uint32_t count)
+/* Joins the sides of an edge that are the only two of theirs in the file, few in all. Returns how many are left. */
+static uint32_t pair_as_named(qw_sheets *s, uint32_t *half, uint32_t count)
+{
+    uint32_t left = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t alike = 0, other = half[i];
+        for (uint32_t j = 0; j < count; j++)
+            if (j != i && is_named_alike(s, half[i], half[j])) alike++, other = half[j];
+        if (alike == 1) s->twin[half[i]] = other;
+    }
+    for (uint32_t i = 0; i < count; i++)
+        if (s->twin[half[i]] == QW_NONE) half[left++] = half[i];
+    return left;
+}
+
+/* half: the sides of one edge whose faces live; put into another order. Their twins are QW_NONE so far. Returns whether
+ * there are more than two. */
+static bool pair_edge(qw_sheets *s, uint32_t lower, uint32_t upper, uint32_t *half, uint32_t count)
 {
     assert(lower < s->vertex_count && upper < s->vertex_count);
+    bool nonmanifold = count > 2;
+    if (count > MOST_BY_ANGLE) {
+        pair_in_order(s, lower, half, count);
+        return true;
+    }
+    if (nonmanifold && s->named) count = pair_as_named(s, half, count);
     if (count == 2 && qw_stay_apart(s, half[0], half[1])) {
         s->apart++;
     } else if (count == 2) {
         s->twin[half[0]] = half[1];
         s->twin[half[1]] = half[0];
     }
-    if (count <= 2) return false;
-    if (count > MOST_BY_ANGLE) {
-        pair_in_order(s, lower, half, count);
-        return true;
-    }
+    if (count <= 2) return nonmanifold;
     wing w[MOST_BY_ANGLE];
     double axis[3];
     for (uint32_t i = 0; i < count; i++) {
