@@ -15,8 +15,9 @@
 
 /* Boundary vertices closer than this share of the bounding box's diagonal may be one vertex written twice. */
 static const double NEAR = 1e-6;
-/* The same of the rims of a slit that sewing has left. */
-static const double SLIT = 1e-5;
+/* How far the edges of one rim of a slit that sewing has left may lie off the vertices of the other: chords of a curve.
+ */
+static const double SLIT = 1e-3;
 
 /* Marks the vertices on edges with one side; returns their number. */
 static uint32_t find_open(const qw_sheets *s, const qw_edges *edges, uint8_t *open)
@@ -86,7 +87,7 @@ static void close_slits(qw_env *env, qw_sheets *s, uint8_t *sewn, qw_edges *edge
     for (uint32_t v = 0; v < s->vertex_count; v++)
         if (sewn[v] && open[v]) only[qw_set_of(loop, v)] = 1;
     for (uint32_t v = 0; v < s->vertex_count; v++) open[v] &= only[qw_set_of(loop, v)];
-    weld_near(env, s, SLIT, open, edges, counts);
+    weld_near(env, s, 10 * NEAR, open, edges, counts);
     counts->sewn_junctions += qw_sew_junctions(env, s, SLIT, edges, open, sewn);
     gather_again(env, s, edges);
     qw_free(env, loop), qw_free(env, only), qw_free(env, open);

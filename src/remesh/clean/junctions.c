@@ -342,7 +342,7 @@ static uint32_t sew(sewing *w, qw_sheets *s, uint8_t *is_sewn)
     }
     for (uint32_t e = 0; e < w->edges && settled; e++)
         for (uint32_t i = w->edge[e].begin; w->edge[e].kept && i < w->edge[e].end; i++)
-            is_sewn[(uint32_t)w->split[i]] = 1, sewn++;
+            is_sewn[(uint32_t)w->split[i]] = is_sewn[w->edge[e].from] = is_sewn[w->edge[e].to] = 1, sewn++;
     if (sewn == 0) return 0;
     s->face_count = p.count, s->corner = p.corner, s->source = p.source, s->named = p.named, s->names = p.names;
     qw_keep(w->env, p.corner), qw_keep(w->env, p.source), qw_keep(w->env, p.named);
