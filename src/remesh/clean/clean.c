@@ -293,6 +293,7 @@ qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input, double least
     s.position = centred_positions(env, &frame, input->position, s.vertex_count);
     s.point_count = s.vertex_count;
     if (!input->cut) weld_near(env, &s, NEAR, NULL, &edges, &counts), sew(env, &s, &edges, &counts);
+    if (counts.welded_vertices + counts.sewn_junctions == 0) s.named = NULL;
     if (!has_area(&s, &frame)) qw_fail(env, QW_ONLY_DEGENERATE, -1, "none of %u triangles has an area", t.count);
     make_sheets(env, &s, &edges, least_share, outward, &counts);
     counts.dropped_flat = qw_drop_flat_components(env, &s, offset_of(&frame), &counts.first_flat);

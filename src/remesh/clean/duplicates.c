@@ -100,23 +100,16 @@ static uint32_t drop_equals(qw_env *env, equals *a, const qw_edges *edges)
     return dropped;
 }
 
-/* Sheets of the file, by the vertices that it names, some of whose faces equal others keep all of them: they lie on one
+/* Sheets of the file some of whose faces equal others keep all of them: they lie on one
    another there. Those all of whose faces do are the same written again, and count as one. */
 static void find_sheets(qw_env *env, equals *a)
 {
     const qw_sheets *s = a->sheets;
-    uint32_t *set = QW_NEW(env, uint32_t, s->names);
     uint8_t *is_in_part = QW_NEW_ZERO(env, uint8_t, s->names);
-    qw_sets_begin(set, s->names);
-    for (size_t h = 0; h < 3 * (size_t)s->face_count; h += 3)
-        qw_join_sets(set, s->named[h], s->named[h + 1]), qw_join_sets(set, s->named[h], s->named[h + 2]);
     for (uint32_t f = 0; f < s->face_count; f++)
-        if (!a->has_equal[f]) is_in_part[qw_set_of(set, s->named[3 * (size_t)f])] = 1;
+        if (!a->has_equal[f]) is_in_part[s->sheet[f]] = 1;
     a->sheet = QW_NEW(env, uint32_t, s->face_count);
-    for (uint32_t f = 0; f < s->face_count; f++) {
-        uint32_t root = qw_set_of(set, s->named[3 * (size_t)f]);
-        a->sheet[f] = is_in_part[root] ? root : QW_NONE;
-    }
+    for (uint32_t f = 0; f < s->face_count; f++) a->sheet[f] = is_in_part[s->sheet[f]] ? s->sheet[f] : QW_NONE;
 }
 
 /* ---- flaps */

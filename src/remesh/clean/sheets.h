@@ -21,6 +21,10 @@ typedef struct qw_sheets {
     /* uint32_t[3 face_count]: the vertices of the corners as the file names them, and numbers from `names` on where
        edges were split; NULL: all corners are apart there, or nothing was joined */
     uint32_t *named, names;
+    uint32_t *sheet; /* uint32_t[face_count]: the same for those that hang together by vertices of the file; NULL until
+                        qw_find_double_layers */
+    uint64_t *layered; /* uint64_t[layers]: pairs of sheets that lie on one another, sorted */
+    size_t layers;
     uint32_t apart;                  /* sides that were not paired, as they lie on one another */
     uint8_t *kind;                   /* uint8_t[face_count]: 0 or QW_FACE_BOTH; NULL until qw_pair_sides */
     uint32_t *component, components; /* uint32_t[face_count]: of each face, as qw_label_components has them; NULL until
@@ -37,6 +41,11 @@ typedef struct qw_fold_limits {
 bool qw_fold_back(const qw_sheets *s, uint32_t a, uint32_t b, const qw_fold_limits *limits);
 /* The same of sides between the same vertices that do not have them in common in the file. */
 bool qw_stay_apart(const qw_sheets *s, uint32_t a, uint32_t b);
+
+/* Whether the file has both sides between the same vertices. */
+bool qw_is_named_alike(const qw_sheets *s, uint32_t a, uint32_t b);
+/* Sets sheet and layered. edges: of the faces as they are. */
+void qw_find_double_layers(qw_env *env, qw_sheets *s, const qw_edges *edges);
 
 /* Drops faces that repeat a vertex; returns their number. */
 uint32_t qw_drop_degenerate(qw_sheets *s);
