@@ -164,7 +164,7 @@ static bool write_record(const qw_arguments *a, const batch_model *m, const outc
 
 /* Everything lives until the process ends. */
 typedef struct making {
-    const qw_arguments *arguments;
+    qw_arguments *arguments; /* its own: points turn the wrap on */
     const batch_model *model;
     const char *key;
     qw_mesh *mesh;
@@ -190,14 +190,15 @@ static qw_status said(making *k, qw_status status) { return say(k, status, qw_me
 
 static qw_status load(making *k, const qw_host *host)
 {
-    const qw_arguments *a = k->arguments;
+    qw_arguments *a = k->arguments;
     qw_status status = qw_load(k->model->input, host, &k->mesh);
-    if (a->options.wrap && qw_may_be_points(status)) {
+    if (qw_may_be_points(status, a->options.wrap)) {
         qw_mesh *points;
         qw_status other = qw_load_points(k->model->input, host, &points);
-        if (other != QW_FORMAT_UNKNOWN) status = other;
-        qw_mesh_destroy(other != QW_FORMAT_UNKNOWN ? k->mesh : points);
-        if (other != QW_FORMAT_UNKNOWN) k->mesh = points;
+        bool is_points = a->options.wrap ? other != QW_FORMAT_UNKNOWN : other == QW_OK;
+        if (is_points) status = other, a->options.wrap = true;
+        qw_mesh_destroy(is_points ? k->mesh : points);
+        if (is_points) k->mesh = points;
     }
     if (status == QW_OK && a->keep[0]) status = qw_mesh_mark(k->mesh, a->keep, NULL);
     return say(k, status, qw_mesh_message(k->mesh));
@@ -321,7 +322,8 @@ static _Noreturn void work(const batch *b, const batch_model *m, const char *key
 {
     char message[512] = "";
     double began = qw_seconds_now();
-    making k = {.arguments = b->arguments, .model = m, .key = key, .message = message, .size = sizeof message};
+    qw_arguments own = *b->arguments;
+    making k = {.arguments = &own, .model = m, .key = key, .message = message, .size = sizeof message};
     qw_status status = make_quads(&k, began);
     if (status != QW_OK) {
         outcome o = {key, qw_status_name(status), message, qw_status_exit_code(status), qw_seconds_now() - began, NULL,

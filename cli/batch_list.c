@@ -129,12 +129,12 @@ static bool add_other(batch_list *list, const char *name)
     return list->other[list->others++] != NULL;
 }
 
-/* wraps: points count too, whose endings are the last three. */
-static bool is_mesh_name(const char *name, bool wraps)
+/* Points count too, which are wrapped. */
+static bool is_mesh_name(const char *name)
 {
     static const char *const endings[] = {".obj", ".ply", ".off", ".stl", ".glb", ".gltf", ".xyz", ".pts", ".pcd"};
-    size_t n = strlen(name), count = sizeof endings / sizeof *endings - (wraps ? 0 : 3);
-    for (size_t i = 0; i < count; i++) {
+    size_t n = strlen(name);
+    for (size_t i = 0; i < sizeof endings / sizeof *endings; i++) {
         size_t length = strlen(endings[i]);
         bool is_same = n > length;
         for (size_t k = 0; k < length && is_same; k++) {
@@ -170,8 +170,7 @@ static bool add_folder(const qw_arguments *a, batch_list *list, const char *path
         if (is_whole && stat(below, &here) == 0) {
             if (S_ISDIR(here.st_mode)) is_whole = add_folder(a, list, below, inner, depth + 1);
             else if (S_ISREG(here.st_mode))
-                is_whole = is_mesh_name(entry->d_name, a->options.wrap) ? add(a, list, below, inner)
-                                                                        : add_other(list, inner);
+                is_whole = is_mesh_name(entry->d_name) ? add(a, list, below, inner) : add_other(list, inner);
         }
         free(below), free(inner);
     }
@@ -278,7 +277,7 @@ int batch_find(const qw_arguments *a, batch_list *list)
         snprintf(message, sizeof message, "%.400s: %s", a->input, strerror(errno));
         return qw_complain(QW_FILE_MISSING, message);
     }
-    if (!is_stdin && !S_ISDIR(s.st_mode) && is_mesh_name(a->input, true)) {
+    if (!is_stdin && !S_ISDIR(s.st_mode) && is_mesh_name(a->input)) {
         snprintf(message, sizeof message,
                  "%.400s is a model: a batch takes a folder of models, or a file with the name of one on each line",
                  a->input);

@@ -13,8 +13,9 @@ int qw_command_batch(const qw_arguments *arguments); /* 1: some models failed */
 int qw_complain(qw_status status, const char *sentence);
 /* Loads a mesh or complains; the exit code, 0 when *mesh is there. */
 int qw_load_or_complain(const char *path, const qw_host *host, qw_mesh **mesh);
-/* What a file that is no surface may be refused with: it may be one of points. */
-bool qw_may_be_points(qw_status status);
+/* What a file of points may be refused with where it is read as a surface. wraps: a wrap was asked for; where none was,
+   a broken surface is not taken for points. */
+bool qw_may_be_points(qw_status status, bool wraps);
 /* Replaces the mesh by its limit surface, split four times, or complains. */
 int qw_take_limit(const qw_host *host, qw_mesh **mesh);
 

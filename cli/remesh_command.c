@@ -467,20 +467,20 @@ static qw_status run(session *s, qw_mesh **input)
 }
 
 /* One of points may look like OFF without its first line. */
-bool qw_may_be_points(qw_status status)
+bool qw_may_be_points(qw_status status, bool wraps)
 {
-    return status == QW_NO_FACES || status == QW_FORMAT_UNKNOWN || status == QW_FORMAT_SYNTAX ||
-           status == QW_FORMAT_TRUNCATED || status == QW_INDEX_RANGE;
+    return status == QW_NO_FACES || status == QW_FORMAT_UNKNOWN ||
+           (wraps && (status == QW_FORMAT_SYNTAX || status == QW_FORMAT_TRUNCATED || status == QW_INDEX_RANGE));
 }
 
 /* A surface, or points without faces, which are wrapped. What is wrong is said of points where it is a file of points.
-   Where no wrap was asked for only what is no surface at all is tried: a broken one is not taken for points. */
+ */
 static int load_input(session *s, const qw_host *host, qw_arguments *a, qw_mesh **input)
 {
     qw_status status = qw_load(a->input, host, input);
     bool is_drained = false; /* a pipe is read once */
     if (status == QW_OK) return 0;
-    if (a->options.wrap ? qw_may_be_points(status) : status == QW_NO_FACES || status == QW_FORMAT_UNKNOWN) {
+    if (qw_may_be_points(status, a->options.wrap)) {
         qw_mesh *points;
         int notes = s->notes.count;
         qw_status other = qw_load_points(a->input, host, &points);

@@ -329,7 +329,7 @@ static void levels_are_one_file_a_model(void **state)
 }
 
 /* Points without faces are models where they are wrapped, as in a single run. */
-static void points_are_models_with_wrap(void **state)
+static void points_are_models(void **state)
 {
     (void)state;
     assert_int_equal(
@@ -338,7 +338,10 @@ static void points_are_models_with_wrap(void **state)
                                 "points/ball.xyz -o ball.obj --faces 100 --wrap 0.1 -q && "
                                 "cmp ball.obj wrapped/ball.xyz.quads.obj && test -s wrapped/ball.ply.quads.obj"),
                      0);
-    assert_int_not_equal(shell(TOOL "batch points --out unwrapped_points --faces 100 -q 2> stderr"), 0);
+    assert_int_equal(shell(TOOL "batch points --out by_default --faces 100 -q && " TOOL
+                                "points/ball.xyz -o ball.obj --faces 100 -q && "
+                                "cmp ball.obj by_default/ball.xyz.quads.obj && test -s by_default/ball.ply.quads.obj"),
+                     0);
 }
 
 /* Of what failed in an earlier run a later one says so, by number and name, and its exit code agrees. */
@@ -469,7 +472,7 @@ QW_TEST_SUITE(batch)
         cmocka_unit_test(assets_are_made_of_a_folder),
         cmocka_unit_test(closed_holes_are_marked),
         cmocka_unit_test(levels_are_one_file_a_model),
-        cmocka_unit_test(points_are_models_with_wrap),
+        cmocka_unit_test(points_are_models),
         cmocka_unit_test(counts_of_a_resumed_run_agree),
         cmocka_unit_test(other_options_replace_nothing),
         cmocka_unit_test(one_batch_at_a_time),

@@ -296,6 +296,22 @@ static void overlapping_edges_are_sewn(void **state)
     qw_env_destroy(r.env);
 }
 
+/* A rim of which a straight part is sewn and another has a chord where the other side has more vertices: all of it is
+   closed. */
+static void chords_are_sewn(void **state)
+{
+    (void)state;
+    start();
+    static const double along[7][2] = {{0, 0}, {0.3, 0.0015}, {0.7, 0.0015}, {1, 0}, {1.4, 0}, {1.7, 0}, {2, 0}};
+    for (int i = 0; i < 6; i++)
+        quad(vertex(along[i][0], along[i][1], 0), vertex(along[i][0], -1, 0), vertex(along[i + 1][0], -1, 0),
+             vertex(along[i + 1][0], along[i + 1][1], 0));
+    for (int i = 0; i < 2; i++) quad(vertex(i, 0, 0), vertex(i + 1, 0, 0), vertex(i + 1, 1, 0), vertex(i, 1, 0));
+    run r = clean(1, 1, 1);
+    assert_int_equal(r.clean.counts.sewn_junctions, 4);
+    qw_env_destroy(r.env);
+}
+
 /* A corner that touches an edge without an edge along it, and three sheets at one line. */
 static void other_junctions_stay(void **state)
 {
@@ -360,7 +376,7 @@ static void double_layers_stay_apart(void **state)
         a.n[0] = 4 + (int)(random_bits(&random) % 8), a.n[1] = 3 + (int)(random_bits(&random) % 8);
         a.along = (int)(random_bits(&random) % 2), a.bend = (double)(random_bits(&random) % 3) * 0.03;
         b = a, b.height = gap[random_bits(&random) % 4];
-        b.is_turned = random_bits(&random) % 2, b.other_diagonal = true;
+        b.is_turned = random_bits(&random) % 2, b.other_diagonal = a.bend > 0 || random_bits(&random) % 2;
         for (int k = 0; k < 2; k++)
             if (random_bits(&random) % 2) b.n[k] = 3 + (int)(random_bits(&random) % 10);
         int side = (int)(random_bits(&random) % 2), kind = (int)(random_bits(&random) % 4);
@@ -371,6 +387,7 @@ static void double_layers_stay_apart(void **state)
         add_layer(&a), add_layer(&b);
         run r = clean(2, 2, 2);
         assert_int_equal(r.clean.counts.flipped_triangles, 0);
+        assert_int_equal(r.clean.mesh.face_count, s.faces);
         qw_env_destroy(r.env);
     }
 }
@@ -998,6 +1015,7 @@ QW_TEST_SUITE(clean)
         cmocka_unit_test(near_weld_makes_no_crowd),
         cmocka_unit_test(junctions_are_sewn),
         cmocka_unit_test(overlapping_edges_are_sewn),
+        cmocka_unit_test(chords_are_sewn),
         cmocka_unit_test(other_junctions_stay),
         cmocka_unit_test(far_faces_do_no_harm),
         cmocka_unit_test(double_layers_stay_apart),

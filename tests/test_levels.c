@@ -275,6 +275,31 @@ static void patches_are_written(void **state)
     shape_free(&s);
 }
 
+/* Two cubes, one of which has a hollow. */
+static bool is_hollow(int x, int y, int z) { return x < 3 ? x != 1 || y != 1 || z != 1 : x == 4; }
+
+/* A cavity is one of the solid around it, not a solid of its own. */
+static void cavities_are_voids(void **state)
+{
+    (void)state;
+    shape s = shape_of_cells(5, 3, 3, 3, is_hollow);
+    qw_options o = asking(300, 0, FIT_TO_LIMIT);
+    qw_context *context = run_of(&s, &o);
+    assert_int_equal(qw_save_patches(context, "voids.step"), QW_OK);
+    FILE *file = fopen("voids.step", "r");
+    static char line[1 << 16];
+    uint32_t shells = 0, voids = 0, hollow = 0, solids = 0;
+    while (fgets(line, sizeof line, file)) {
+        shells += strstr(line, "=CLOSED_SHELL(") != NULL, voids += strstr(line, "=ORIENTED_CLOSED_SHELL(") != NULL;
+        hollow += strstr(line, "=BREP_WITH_VOIDS(") != NULL, solids += strstr(line, "=MANIFOLD_SOLID_BREP(") != NULL;
+    }
+    fclose(file);
+    assert_true(shells == 3 && voids == 1 && hollow == 1 && solids == 1);
+    qw_destroy(context);
+    remove("voids.step");
+    shape_free(&s);
+}
+
 /* ---- contexts */
 
 /* In one context, with other threads, and from a dump: the bytes of a fresh run. */
@@ -537,6 +562,7 @@ QW_TEST_SUITE(levels)
         cmocka_unit_test(limits_come_nearer),
         cmocka_unit_test(creases_are_written),
         cmocka_unit_test(patches_are_written),
+        cmocka_unit_test(cavities_are_voids),
         cmocka_unit_test(bytes_are_those_of_a_fresh_run),
         cmocka_unit_test(levels_share_a_context_and_a_file),
         cmocka_unit_test(levels_keep_what_a_file_looks_like),

@@ -818,6 +818,25 @@ static void test_points(void **unused)
     qw_mesh_destroy(mesh);
 }
 
+static void note_field(void *user, qw_log_level level, const char *message)
+{
+    (void)level;
+    *(bool *)user |= strstr(message, "the field intensity") != NULL;
+}
+
+/* A value of points that has no place is not lost without a word. */
+static void left_out_fields_are_named(void **unused)
+{
+    (void)unused;
+    bool is_named = false;
+    const qw_host host = {.log = note_field, .log_user = &is_named};
+    qw_mesh *mesh;
+    assert_int_equal(qw_load_points(QW_TEST_DATA "/points/intensity.pcd", &host, &mesh), QW_OK);
+    assert_int_equal(qw_mesh_get(mesh).vertex_count, 3);
+    assert_true(is_named);
+    qw_mesh_destroy(mesh);
+}
+
 /* The points of a file, as those of an array and of bytes: the same triangles, and attributes that are theirs. */
 static void test_own_points(void **unused)
 {
@@ -1006,6 +1025,7 @@ QW_TEST_SUITE(wrap)
         cmocka_unit_test(test_holes),
         cmocka_unit_test(test_filled_faces),
         cmocka_unit_test(test_points),
+        cmocka_unit_test(left_out_fields_are_named),
         cmocka_unit_test(test_own_points),
         cmocka_unit_test(test_contexts),
         cmocka_unit_test(test_too_many_quads),

@@ -36,6 +36,12 @@ static inline void qw_cross_doubles(const double a[3], const double b[3], double
 {
     for (int k = 0; k < 3; k++) to[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
 }
+/* Zero stays zero. */
+static inline void qw_unit_doubles(double v[3])
+{
+    double l = sqrt(qw_dot_doubles(v, v));
+    for (int k = 0; k < 3; k++) v[k] = l > 0 ? v[k] / l : 0;
+}
 static inline qw_vec3 qw_cross(qw_vec3 a, qw_vec3 b)
 {
     return (qw_vec3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};

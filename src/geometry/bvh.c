@@ -49,7 +49,12 @@ struct qw_bvh {
     uint32_t *parent;    /* uint32_t[tree.count]: of nodes 2 i and 2 i + 1 */
     uint32_t *part; /* uint32_t[2 tree.count]: the component of the faces of each node, QW_NONE for several; NULL: one
                        has all */
+    uint32_t parts, *part_begin, *in_part; /* then uint32_t[parts + 2], uint32_t[tree.count]: places by component */
 };
+
+/* A component of no more faces is searched face by face: its boxes hold many others where thousands of small ones lie
+   through one another. */
+enum { FEW_FACES = 128 };
 
 struct qw_curve_tree {
     qw_box_tree tree;
@@ -330,6 +335,18 @@ static uint32_t fill_parts(qw_bvh *bvh, uint32_t node)
     return bvh->part[node] = part;
 }
 
+static void list_parts(qw_env *env, qw_bvh *bvh)
+{
+    for (uint32_t f = 0; f < bvh->tree.count; f++)
+        if (bvh->component[f] >= bvh->parts) bvh->parts = bvh->component[f] + 1;
+    bvh->part_begin = QW_NEW_ZERO(env, uint32_t, (size_t)bvh->parts + 2);
+    bvh->in_part = QW_NEW(env, uint32_t, bvh->tree.count);
+    for (uint32_t f = 0; f < bvh->tree.count; f++) bvh->part_begin[bvh->component[f] + 2]++;
+    for (uint32_t i = 0; i < bvh->parts; i++) bvh->part_begin[i + 2] += bvh->part_begin[i + 1];
+    for (uint32_t i = 0; i < bvh->tree.count; i++)
+        bvh->in_part[bvh->part_begin[bvh->component[bvh->discs[i].face] + 1]++] = i;
+}
+
 qw_bvh *qw_bvh_build(qw_env *env, const qw_trimesh *mesh)
 {
     assert(mesh->face_count == 0 || (mesh->position && mesh->corner));
@@ -356,6 +373,7 @@ qw_bvh *qw_bvh_build(qw_env *env, const qw_trimesh *mesh)
     if (has_parts(mesh)) {
         bvh->part = QW_NEW(env, uint32_t, 2 * (size_t)mesh->face_count);
         fill_parts(bvh, 0);
+        list_parts(env, bvh);
     }
     return bvh;
 }
@@ -486,6 +504,19 @@ static void search_around(const qw_bvh *bvh, const qw_bvh_query *q, const aim *a
     }
 }
 
+/* The places of the component that is asked for, where it has few faces, else of one of them, from which on the search
+   is bounded. Returns whether that was all. */
+static bool search_part(const qw_bvh *bvh, const qw_bvh_query *q, const aim *a, qw_hit *best)
+{
+    if (q->wanted >= bvh->parts) return true;
+    uint32_t begin = bvh->part_begin[q->wanted], end = bvh->part_begin[q->wanted + 1], step = 1;
+    bool is_small = end - begin <= FEW_FACES;
+    if (!is_small) step = (end - begin) / 8;
+    for (uint32_t i = begin; i < end && (is_small || best->face == QW_NONE); i += step)
+        try_disc(bvh, bvh->in_part[i], q, a, best), best->looked++;
+    return is_small;
+}
+
 qw_hit qw_bvh_find(const qw_bvh *bvh, const qw_bvh_query *q, const qw_bvh_cache *cache)
 {
     assert(q->max_distance >= 0);
@@ -500,6 +531,7 @@ qw_hit qw_bvh_find(const qw_bvh *bvh, const qw_bvh_query *q, const qw_bvh_cache 
         for (uint32_t i = 0; i < cache->count; i++) try_disc(bvh, cache->place[i], q, &a, &best);
         if (is_inside(t, cache, q->point, best.distance2)) return best;
     }
+    if (a.has_part && search_part(bvh, q, &a, &best)) return best;
     bool is_near = hint != QW_NONE && best.distance2 <= bvh->discs[hint].radius * bvh->discs[hint].radius;
     if (is_near) search_around(bvh, q, &a, bvh->leaf[hint], &best);
     else if (box_distance2(t->nodes, a.point) <= reach(t, best.distance2)) search(bvh, q, &a, 0, &best);

@@ -68,17 +68,26 @@ typedef struct reader {
     qw_json_doc json;
     const qw_gltf_rest *rest;
     qw_material_list list;
-    uint32_t textures, samplers, images, views; /* tokens of the arrays, or QW_NONE */
+    struct items {
+        uint32_t *token, count; /* of each item */
+    } textures, samplers, images, views;
 } reader;
 
-/* Item i of an array, or QW_NONE. */
-static uint32_t item(const reader *r, uint32_t array, double i)
+/* The items of an array of the document; none where it has no such array. */
+static struct items list_items(const reader *r, const char *name)
 {
-    if (!qw_json_has_kind(&r->json, array, QW_JSON_ARRAY) || !(i >= 0) || i >= r->json.token[array].count)
-        return QW_NONE;
-    uint32_t t = array + 1;
-    for (uint32_t k = 0; k < (uint32_t)i; k++) t = r->json.token[t].next;
-    return t;
+    uint32_t array = qw_json_member(&r->json, 0, name);
+    if (!qw_json_has_kind(&r->json, array, QW_JSON_ARRAY)) return (struct items){NULL, 0};
+    struct items list = {.count = r->json.token[array].count};
+    list.token = QW_NEW(r->env, uint32_t, list.count);
+    for (uint32_t i = 0, t = array + 1; i < list.count; i++, t = r->json.token[t].next) list.token[i] = t;
+    return list;
+}
+
+/* Item i, or QW_NONE. */
+static uint32_t item(const struct items *list, double i)
+{
+    return i >= 0 && i < list->count ? list->token[(uint32_t)i] : QW_NONE;
 }
 
 static double number(const reader *r, uint32_t object, const char *name, double missing)
@@ -91,9 +100,10 @@ static double number(const reader *r, uint32_t object, const char *name, double 
 static void factors(reader *r, uint32_t object, const char *name, qw_factor_range range, float *to, uint32_t count)
 {
     uint32_t array = qw_json_member(&r->json, object, name);
-    for (uint32_t i = 0; i < count; i++) {
+    if (!qw_json_has_kind(&r->json, array, QW_JSON_ARRAY)) return;
+    for (uint32_t i = 0, t = array + 1; i < count && i < r->json.token[array].count; i++, t = r->json.token[t].next) {
         double value;
-        if (qw_json_number(&r->json, item(r, array, i), &value))
+        if (qw_json_number(&r->json, t, &value))
             to[i] = qw_checked_factor(r->env, &r->list, r->name, name, value, range, to[i]);
     }
 }
@@ -135,8 +145,8 @@ static qw_texture read_texture(reader *r, uint32_t object, const char *name, uin
     qw_texture t = no_texture;
     uint32_t info = qw_json_member(&r->json, object, name);
     if (info == QW_NONE) return t;
-    uint32_t texture = item(r, r->textures, number(r, info, "index", -1));
-    uint32_t sampler = item(r, r->samplers, number(r, texture, "sampler", -1));
+    uint32_t texture = item(&r->textures, number(r, info, "index", -1));
+    uint32_t sampler = item(&r->samplers, number(r, texture, "sampler", -1));
     double image = source_of(r, texture);
     if (!(image >= 0 && image < r->list.image_count)) return t;
     t.image = (uint32_t)image, t.channel = channel, t.set = small_whole(number(r, info, "texCoord", 0));
@@ -217,7 +227,7 @@ static qw_material read_material(reader *r, uint32_t m)
 
 static void read_image(reader *r, uint32_t i)
 {
-    uint32_t image = item(r, r->images, i), view = item(r, r->views, number(r, image, "bufferView", -1));
+    uint32_t image = item(&r->images, i), view = item(&r->views, number(r, image, "bufferView", -1));
     char media[64], *uri = qw_json_bytes(&r->json, qw_json_member(&r->json, image, "uri"));
     const char *why = uri ? "its file could not be read" : "it is not there";
     qw_gltf_document d = {.env = r->env, .name = "the input"};
@@ -236,11 +246,6 @@ static void read_image(reader *r, uint32_t i)
     memcpy(kept, name, (size_t)size + 1);
     r->list.image_name[i] = kept;
     if (!r->list.image[i].at) qw_note_material(r->env, &r->list, "%s is left out of the maps: %.80s", name, why);
-}
-
-static uint32_t count_of(const reader *r, uint32_t array)
-{
-    return qw_json_has_kind(&r->json, array, QW_JSON_ARRAY) ? r->json.token[array].count : 0;
 }
 
 /* Marks the images of a material. */
@@ -265,23 +270,23 @@ qw_material_list qw_gltf_materials(qw_env *env, const qw_gltf_rest *rest, const 
     size_t size = text.size;
     memset(qw_pen_room(&text, QW_ZEROS), 0, QW_ZEROS);
     r.json = qw_json_parse(env, "the materials of the input", text.at, size);
-    r.textures = qw_json_member(&r.json, 0, "textures"), r.samplers = qw_json_member(&r.json, 0, "samplers");
-    r.images = qw_json_member(&r.json, 0, "images"), r.views = qw_json_member(&r.json, 0, "bufferViews");
-    uint32_t materials = qw_json_member(&r.json, 0, "materials");
-    r.list.used = used, r.list.count = count_of(&r, materials), r.list.image_count = count_of(&r, r.images);
+    r.textures = list_items(&r, "textures"), r.samplers = list_items(&r, "samplers");
+    r.images = list_items(&r, "images"), r.views = list_items(&r, "bufferViews");
+    const struct items materials = list_items(&r, "materials");
+    r.list.used = used, r.list.count = materials.count, r.list.image_count = r.images.count;
     r.list.image = QW_NEW_ZERO(env, qw_bytes, r.list.image_count);
     r.list.image_name = QW_NEW_ZERO(env, const char *, r.list.image_count);
     r.list.material = QW_NEW(env, qw_material, r.list.count);
     uint8_t *is_wanted = QW_NEW_ZERO(env, uint8_t, r.list.image_count);
     for (uint32_t i = 0; i < r.list.count; i++) {
         uint32_t notes = r.list.note_count;
-        r.list.material[i] = read_material(&r, item(&r, materials, i));
+        r.list.material[i] = read_material(&r, materials.token[i]);
         if (used && !used[i]) r.list.note_count = notes; /* what is not seen is not spoken of */
         if (!used || used[i]) mark_images(&r.list.material[i], is_wanted);
     }
     for (uint32_t i = 0; i < r.list.image_count; i++)
         if (is_wanted[i]) read_image(&r, i);
-    if (count_of(&r, qw_json_member(&r.json, 0, "animations")) > 0)
+    if (list_items(&r, "animations").count > 0)
         qw_note_material(env, &r.list, "the animations of the input are not in the asset");
     return r.list;
 }

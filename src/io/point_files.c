@@ -283,6 +283,7 @@ typedef struct pcd {
     int64_t size[MOST_FIELDS], count[MOST_FIELDS], points;
     char type[MOST_FIELDS];
     bool is_binary;
+    qw_word left_out; /* the first field that has no meaning here; of size 0: none */
 } pcd;
 
 bool qw_is_pcd(qw_bytes bytes) { return strncmp(bytes.at, "# .PCD", 6) == 0 || strncmp(bytes.at, "VERSION ", 8) == 0; }
@@ -290,13 +291,15 @@ bool qw_is_pcd(qw_bytes bytes) { return strncmp(bytes.at, "# .PCD", 6) == 0 || s
 static void read_fields(pcd *p)
 {
     for (int r = 0; r < ROLES; r++) p->of[r] = -1; /* of a line FIELDS before this one */
-    p->packed = -1;
+    p->packed = -1, p->left_out.size = 0;
     for (p->fields = 0; !qw_text_line_ends(&p->text); p->fields++) {
         qw_word word = qw_text_word(&p->text);
         if (p->fields == MOST_FIELDS) qw_text_fail(&p->text, QW_TOO_LARGE, -1, "there are too many fields");
         role r = role_named(word);
         if (r < ROLES) p->of[r] = p->fields;
-        if (qw_word_is(word, "rgb") || qw_word_is(word, "rgba")) p->packed = p->fields;
+        bool is_packed = qw_word_is(word, "rgb") || qw_word_is(word, "rgba");
+        if (is_packed) p->packed = p->fields;
+        else if (r == ROLES && !qw_word_is(word, "_") && p->left_out.size == 0) p->left_out = word;
         p->size[p->fields] = 4, p->count[p->fields] = 1, p->type[p->fields] = 'F';
     }
 }
@@ -425,6 +428,9 @@ qw_soup qw_read_pcd(qw_env *env, const char *name, qw_bytes bytes)
     for (int r = 0; r < ROLES; r++) p.of[r] = -1;
     read_pcd_header(&p);
     drop_odd_fields(&p);
+    if (p.left_out.size > 0)
+        qw_log(env, QW_LOG_WARNING, "the field %s of the points is left out: colours and normals are kept",
+               qw_quote_word(p.left_out).text);
     for (int r = RED; r < ROLES; r++)
         if (p.of[r] < 0 && (p.packed < 0 || r > BLUE)) c.of[r] = -1;
     qw_builder b = qw_build_begin(env, name, 16, 0, 0);

@@ -1,5 +1,6 @@
 #include "io/step.h"
 
+#include "base/sort.h"
 #include "io/number.h"
 #include "io/pen.h"
 
@@ -190,23 +191,51 @@ static void put_face(step *s, uint32_t f)
     put_loop(s, surface, s->p->side[f], s->p->is_along[f]);
 }
 
+/* Sets the item of each shell to the shell itself. */
 static void put_shells(step *s)
 {
+    const qw_patch_blocks *b = s->p->blocks;
+    const uint32_t faces = b ? b->count : s->p->face_count, *shell = b ? b->shell : s->p->shell;
+    uint64_t *by_shell = QW_NEW(s->env, uint64_t, faces);
+    for (uint32_t f = 0; f < faces; f++) by_shell[f] = (uint64_t)shell[f] << 32 | f;
+    qw_sort_u64(by_shell, faces);
     s->item = QW_NEW(s->env, uint32_t, s->p->shell_count);
-    for (uint32_t c = 0; c < s->p->shell_count; c++) {
-        bool is_closed = s->p->is_closed[c], has_one = false;
-        qw_pen_print(&s->pen, "#%u=%s('',(", s->next, is_closed ? "CLOSED_SHELL" : "OPEN_SHELL");
-        const qw_patch_blocks *b = s->p->blocks;
-        for (uint32_t f = 0; f < (b ? b->count : s->p->face_count); f++) {
-            if ((b ? b->shell : s->p->shell)[f] != c) continue;
-            qw_pen_print(&s->pen, has_one ? ",#%u" : "#%u", s->faces + PER_FACE * f + PER_FACE - 1);
-            has_one = true;
+    for (uint32_t c = 0, i = 0; c < s->p->shell_count; c++) {
+        qw_pen_print(&s->pen, "#%u=%s('',(", s->next, s->p->is_closed[c] ? "CLOSED_SHELL" : "OPEN_SHELL");
+        for (uint32_t begin = i; i < faces && by_shell[i] >> 32 == c; i++) {
+            uint32_t f = (uint32_t)by_shell[i];
+            qw_pen_print(&s->pen, i > begin ? ",#%u" : "#%u", s->faces + PER_FACE * f + PER_FACE - 1);
             flush(s, FLUSH);
         }
         qw_pen_text(&s->pen, "));\n");
-        if (is_closed) qw_pen_print(&s->pen, "#%u=MANIFOLD_SOLID_BREP('',#%u);\n", s->next + 1, s->next);
-        else qw_pen_print(&s->pen, "#%u=SHELL_BASED_SURFACE_MODEL('',(#%u));\n", s->next + 1, s->next);
-        s->item[c] = s->next + 1, s->next += 2;
+        s->item[c] = s->next++;
+    }
+}
+
+/* Replaces the items of shells by what is made of them; cavities are in the item of their solid. The faces of a cavity
+   are turned away from the solid, as those of its outer shell are. */
+static void put_items(step *s)
+{
+    const uint32_t shells = s->p->shell_count, *outer = s->p->outer;
+    uint64_t *cavity = QW_NEW(s->env, uint64_t, shells);
+    uint32_t cavities = 0;
+    for (uint32_t c = 0; c < shells; c++) {
+        if (outer[c] == QW_NONE) continue;
+        qw_pen_print(&s->pen, "#%u=ORIENTED_CLOSED_SHELL('',*,#%u,.T.);\n", s->next, s->item[c]);
+        cavity[cavities++] = (uint64_t)outer[c] << 32 | s->next++;
+    }
+    qw_sort_u64(cavity, cavities);
+    for (uint32_t c = 0, i = 0; c < shells; c++) {
+        if (outer[c] != QW_NONE) continue;
+        bool has_cavity = i < cavities && cavity[i] >> 32 == c;
+        if (!s->p->is_closed[c]) qw_pen_print(&s->pen, "#%u=SHELL_BASED_SURFACE_MODEL('',(#%u", s->next, s->item[c]);
+        else if (!has_cavity) qw_pen_print(&s->pen, "#%u=MANIFOLD_SOLID_BREP('',#%u", s->next, s->item[c]);
+        else qw_pen_print(&s->pen, "#%u=BREP_WITH_VOIDS('',#%u,(", s->next, s->item[c]);
+        for (uint32_t begin = i; i < cavities && cavity[i] >> 32 == c; i++)
+            qw_pen_print(&s->pen, i > begin ? ",#%u" : "#%u", (uint32_t)cavity[i]);
+        qw_pen_text(&s->pen, has_cavity || !s->p->is_closed[c] ? "));\n" : ");\n");
+        s->item[c] = s->next++;
+        flush(s, FLUSH);
     }
 }
 
@@ -216,7 +245,8 @@ static void put_representation(step *s)
     for (uint32_t c = 0; c < s->p->shell_count; c++) all_closed &= s->p->is_closed[c] != 0;
     qw_pen_print(&s->pen, "#10=%s('',(#11",
                  all_closed ? "ADVANCED_BREP_SHAPE_REPRESENTATION" : "MANIFOLD_SURFACE_SHAPE_REPRESENTATION");
-    for (uint32_t c = 0; c < s->p->shell_count; c++) qw_pen_print(&s->pen, ",#%u", s->item[c]), flush(s, FLUSH);
+    for (uint32_t c = 0; c < s->p->shell_count; c++)
+        if (s->p->outer[c] == QW_NONE) qw_pen_print(&s->pen, ",#%u", s->item[c]), flush(s, FLUSH);
     qw_pen_print(&s->pen, "),#%d);\nENDSEC;\nEND-ISO-10303-21;\n", CONTEXT);
 }
 
@@ -231,6 +261,7 @@ void qw_put_step(qw_env *env, qw_file *file, const qw_patches *patches)
     for (uint32_t f = 0; patches->blocks && f < patches->blocks->count; f++) put_block(&s, f);
     for (uint32_t f = 0; !patches->blocks && f < patches->face_count; f++) put_face(&s, f);
     put_shells(&s);
+    put_items(&s);
     put_representation(&s);
     flush(&s, 1);
 }

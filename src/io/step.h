@@ -26,11 +26,12 @@ typedef struct qw_patches {
     const uint8_t (*is_along)[4]; /* uint8_t[face_count][4]: 1: the face goes along the edge, 0: against it */
     const uint32_t *shell;        /* uint32_t[face_count] */
     const uint8_t *is_closed;     /* uint8_t[shell_count] */
+    const uint32_t *outer;        /* uint32_t[shell_count]: the shell whose solid this one hollows; QW_NONE: none */
     const qw_patch_blocks *blocks; /* NULL: a face a quad */
     double tolerance;              /* how far what is said to meet may be apart, in the units of the points */
 } qw_patches;
 
-/* Closed shells are solids, others surface models. */
+/* Closed shells are solids, with the cavities in them, others surface models. */
 void qw_put_step(qw_env *env, qw_file *file, const qw_patches *patches);
 
 #endif

@@ -1,5 +1,6 @@
 #include "products/limit/patches.h"
 
+#include "products/limit/cavities.h"
 #include "products/limit/stencils.h"
 
 #include <assert.h>
@@ -175,5 +176,6 @@ qw_patches qw_make_patches(qw_env *env, const qw_quadmesh *q, const double *posi
                         .is_along = (const uint8_t(*)[4])along,
                         .shell = shell,
                         .is_closed = closed,
+                        .outer = qw_find_cavities(env, q, t.point, shell, shells, closed),
                         .tolerance = TOLERANCE * extent_of(&t)};
 }

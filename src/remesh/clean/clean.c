@@ -15,8 +15,9 @@
 
 /* Boundary vertices closer than this share of the bounding box's diagonal may be one vertex written twice. */
 static const double NEAR = 1e-6;
-/* The same of the rims of a slit that sewing has left. */
-static const double SLIT = 1e-5;
+/* How far the edges of one rim of a slit that sewing has left may lie off the vertices of the other: chords of a curve.
+ */
+static const double SLIT = 1e-3;
 
 /* Marks the vertices on edges with one side; returns their number. */
 static uint32_t find_open(const qw_sheets *s, const qw_edges *edges, uint8_t *open)
@@ -38,16 +39,6 @@ static qw_edges edges_of(qw_env *env, const qw_sheets *s)
     return qw_edges_build(env, 3, s->corner, s->face_count, s->vertex_count);
 }
 
-static void mark_open(const qw_sheets *s, const qw_edges *edges)
-{
-    memset(s->open, 0, 3 * (size_t)s->face_count * sizeof *s->open);
-    for (uint32_t v = 0; v < s->vertex_count; v++)
-        for (uint32_t i = edges->begin[v], end; i < edges->begin[v + 1]; i = end) {
-            end = qw_edge_end(edges, i, edges->begin[v + 1]);
-            if (end - i == 1) s->open[qw_side_half(edges->side[i])] = 1;
-        }
-}
-
 /* Edges are gathered again only where something was joined. */
 static void gather_again(qw_env *env, const qw_sheets *s, qw_edges *edges)
 {
@@ -62,8 +53,8 @@ static void weld(qw_env *env, qw_sheets *s, const qw_clean_input *input, qw_edge
     if (!input->separate_corners) {
         open = QW_NEW(env, uint8_t, s->vertex_count);
         if (find_open(s, edges, open) == 0) return;
-        s->open = QW_NEW(env, uint8_t, 3 * (size_t)s->face_count);
-        mark_open(s, edges);
+        s->named = QW_NEW(env, uint32_t, 3 * (size_t)s->face_count), s->names = s->vertex_count;
+        memcpy(s->named, s->corner, 3 * (size_t)s->face_count * sizeof *s->named);
     }
     uint32_t welded = qw_weld_equal(env, input->position, s->vertex_count, open, s->corner, s->face_count),
              dropped = qw_drop_degenerate(s);
@@ -96,7 +87,7 @@ static void close_slits(qw_env *env, qw_sheets *s, uint8_t *sewn, qw_edges *edge
     for (uint32_t v = 0; v < s->vertex_count; v++)
         if (sewn[v] && open[v]) only[qw_set_of(loop, v)] = 1;
     for (uint32_t v = 0; v < s->vertex_count; v++) open[v] &= only[qw_set_of(loop, v)];
-    weld_near(env, s, SLIT, open, edges, counts);
+    weld_near(env, s, 10 * NEAR, open, edges, counts);
     counts->sewn_junctions += qw_sew_junctions(env, s, SLIT, edges, open, sewn);
     gather_again(env, s, edges);
     qw_free(env, loop), qw_free(env, only), qw_free(env, open);
@@ -302,6 +293,7 @@ qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input, double least
     s.position = centred_positions(env, &frame, input->position, s.vertex_count);
     s.point_count = s.vertex_count;
     if (!input->cut) weld_near(env, &s, NEAR, NULL, &edges, &counts), sew(env, &s, &edges, &counts);
+    if (counts.welded_vertices + counts.sewn_junctions == 0) s.named = NULL;
     if (!has_area(&s, &frame)) qw_fail(env, QW_ONLY_DEGENERATE, -1, "none of %u triangles has an area", t.count);
     make_sheets(env, &s, &edges, least_share, outward, &counts);
     counts.dropped_flat = qw_drop_flat_components(env, &s, offset_of(&frame), &counts.first_flat);

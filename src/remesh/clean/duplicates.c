@@ -12,6 +12,7 @@
 #include "geometry/trimesh.h"
 
 #include <assert.h>
+#include <string.h>
 
 /* Most area of a flap, as a share of the square of the bounding box's diagonal: a hundredth of it wide and long. */
 static const double FLAP_AREA = 1e-4;
@@ -22,47 +23,93 @@ enum {
     HOLLOW = QW_FACE_BOTH
 }; /* HOLLOW: stays so far, for as many faces one way as the other */
 
+typedef struct equals {
+    const qw_sheets *sheets;
+    uint8_t *kind;      /* of the call */
+    uint8_t *has_equal; /* uint8_t[face_count], receives 1 where there is another; NULL: not asked for */
+    uint32_t *sheet;    /* uint32_t[face_count]: faces of different ones are not equal; NULL: all may be */
+    uint64_t *key;      /* scratch of an edge */
+    size_t room;
+} equals;
+
+/* Drops all but the first of equal faces, given by a half-edge of each. Returns how many. */
+static uint32_t drop_but_one(const equals *a, const uint64_t *key, uint32_t count)
+{
+    const uint32_t *corner = a->sheets->corner;
+    uint32_t first = (uint32_t)key[0], other = first, alike = 1;
+    for (uint32_t i = 1; i < count; i++) {
+        uint32_t h = (uint32_t)key[i];
+        a->kind[h / 3] = DROPPED;
+        if (corner[h] == corner[first]) alike++;
+        else if (other == first) other = h;
+    }
+    if (2 * alike < count) a->kind[first / 3] = DROPPED, a->kind[other / 3] = SINGLE;
+    if (2 * alike == count) a->kind[first / 3] = HOLLOW;
+    for (uint32_t i = 0; a->has_equal && i < count; i++) a->has_equal[(uint32_t)key[i] / 3] = 1;
+    return count - 1;
+}
+
+/* The end of the keys from i on that begin alike. */
+static uint32_t end_of_run(const uint64_t *key, uint32_t i, uint32_t count)
+{
+    uint32_t end = i + 1;
+    while (end < count && key[end] >> 32 == key[i] >> 32) end++;
+    return end;
+}
+
 /* Equal faces share all three edges; looking only at the edge between their two lower vertices finds each once. Sorted
    by apex (the third vertex), equals are neighbours, the first of the file in front. Returns the number of faces
    dropped. */
-static uint32_t drop_at_edge(const qw_sheets *s, const uint64_t *side, uint32_t count, uint64_t *by_apex, uint8_t *kind)
+static uint32_t drop_at_edge(equals *a, const uint64_t *side, uint32_t count)
 {
-    assert(count > 1 && side && by_apex);
+    assert(count > 1 && side);
+    const qw_sheets *s = a->sheets;
     uint32_t dropped = 0, n = 0;
+    uint64_t *key = a->key;
     for (uint32_t i = 0; i < count; i++) {
         uint32_t h = qw_side_half(side[i]), apex = s->corner[qw_prev(h)];
-        if (apex > qw_side_upper(side[i])) by_apex[n++] = (uint64_t)apex << 32 | h;
+        if (apex > qw_side_upper(side[i])) key[n++] = (uint64_t)apex << 32 | h;
     }
-    qw_sort_u64(by_apex, n);
+    qw_sort_u64(key, n);
     for (uint32_t i = 0, end; i < n; i = end) {
-        uint32_t first = (uint32_t)by_apex[i], other = first, alike = 1;
-        for (end = i + 1; end < n && by_apex[end] >> 32 == by_apex[i] >> 32; end++) {
-            uint32_t h = (uint32_t)by_apex[end];
-            kind[h / 3] = DROPPED;
-            if (s->corner[h] == s->corner[first]) alike++;
-            else if (other == first) other = h;
-            dropped++;
+        end = end_of_run(key, i, n);
+        for (uint32_t k = i; k < end && a->sheet; k++) {
+            uint32_t h = (uint32_t)key[k];
+            key[k] = (uint64_t)a->sheet[h / 3] << 32 | h;
         }
-        if (2 * alike < end - i) kind[first / 3] = DROPPED, kind[other / 3] = SINGLE;
-        if (2 * alike == end - i) kind[first / 3] = HOLLOW;
+        if (a->sheet) qw_sort_u64(key + i, end - i);
+        for (uint32_t k = i, last; k < end; k = last) {
+            last = a->sheet ? end_of_run(key, k, end) : end;
+            if (last - k > 1) dropped += drop_but_one(a, key + k, last - k);
+        }
     }
     return dropped;
 }
 
 /* Drops all but one of the triangles with the same three corners. Returns how many. */
-static uint32_t drop_equals(qw_env *env, const qw_sheets *s, const qw_edges *edges, uint8_t *kind)
+static uint32_t drop_equals(qw_env *env, equals *a, const qw_edges *edges)
 {
-    size_t capacity = 0;
-    uint64_t *by_apex = NULL;
     uint32_t dropped = 0;
-    for (uint32_t v = 0; v < s->vertex_count; v++)
+    for (uint32_t v = 0; v < a->sheets->vertex_count; v++)
         for (uint32_t i = edges->begin[v], end; i < edges->begin[v + 1]; i = end) {
             end = qw_edge_end(edges, i, edges->begin[v + 1]);
             if (end - i == 1) continue;
-            by_apex = qw_grow(env, by_apex, &capacity, end - i, sizeof *by_apex);
-            dropped += drop_at_edge(s, edges->side + i, end - i, by_apex, kind);
+            a->key = qw_grow(env, a->key, &a->room, end - i, sizeof *a->key);
+            dropped += drop_at_edge(a, edges->side + i, end - i);
         }
     return dropped;
+}
+
+/* Sheets of the file some of whose faces equal others keep all of them: they lie on one
+   another there. Those all of whose faces do are the same written again, and count as one. */
+static void find_sheets(qw_env *env, equals *a)
+{
+    const qw_sheets *s = a->sheets;
+    uint8_t *is_in_part = QW_NEW_ZERO(env, uint8_t, s->names);
+    for (uint32_t f = 0; f < s->face_count; f++)
+        if (!a->has_equal[f]) is_in_part[s->sheet[f]] = 1;
+    a->sheet = QW_NEW(env, uint32_t, s->face_count);
+    for (uint32_t f = 0; f < s->face_count; f++) a->sheet[f] = is_in_part[s->sheet[f]] ? s->sheet[f] : QW_NONE;
 }
 
 /* ---- flaps */
@@ -140,7 +187,15 @@ uint32_t qw_find_duplicates(qw_env *env, const qw_sheets *s, const qw_edges *edg
 {
     assert(edges->side && kind);
     qw_scope_begin(env);
-    uint32_t count = drop_equals(env, s, edges, kind);
+    equals a = {.sheets = s, .kind = kind};
+    if (s->named) a.has_equal = QW_NEW_ZERO(env, uint8_t, s->face_count);
+    uint32_t count = drop_equals(env, &a, edges);
+    if (count > 0 && s->named) {
+        find_sheets(env, &a);
+        a.has_equal = NULL;
+        memset(kind, SINGLE, s->face_count * sizeof *kind);
+        count = drop_equals(env, &a, edges);
+    }
     if (count > 0) count += drop_flaps(env, s, edges, kind);
     qw_scope_end(env);
     return count;

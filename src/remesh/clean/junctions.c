@@ -235,7 +235,7 @@ static bool find_splits(sewing *w)
 /* of: uint32_t[3 face_count], the split edge that each half-edge is a part of, or QW_NONE. */
 typedef struct pieces {
     uint32_t *corner, *source, *of;
-    uint8_t *open; /* as that of the sheets; NULL as there */
+    uint32_t *named, names; /* as those of the sheets */
     uint32_t count;
 } pieces;
 
@@ -252,7 +252,8 @@ static uint32_t split_at(const sewing *w, pieces *p, uint32_t number, uint32_t h
     const open_edge *e = &w->edge[number];
     uint32_t f = h / 3, from = p->corner[h], to = p->corner[qw_next(h)], apex = p->corner[qw_prev(h)];
     uint32_t last_of = p->of[qw_next(h)], first_of = p->of[qw_prev(h)], source = p->source[f], at = f;
-    uint8_t last_open = p->open ? p->open[qw_next(h)] : 0, first_open = p->open ? p->open[qw_prev(h)] : 0;
+    const uint32_t is_named[3] = {p->named ? p->named[h] : 0, p->named ? p->named[qw_next(h)] : 0,
+                                  p->named ? p->named[qw_prev(h)] : 0};
     for (uint32_t i = e->begin; i <= e->end; i++) {
         uint32_t v = i < e->end ? (uint32_t)w->split[i] : to;
         put(p, at, from, v, apex);
@@ -260,10 +261,10 @@ static uint32_t split_at(const sewing *w, pieces *p, uint32_t number, uint32_t h
         p->of[3 * (size_t)at] = number;
         p->of[3 * (size_t)at + 1] = v == to ? last_of : QW_NONE;
         p->of[3 * (size_t)at + 2] = at == f ? first_of : QW_NONE;
-        if (p->open) {
-            p->open[3 * (size_t)at] = 1;
-            p->open[3 * (size_t)at + 1] = v == to ? last_open : 0;
-            p->open[3 * (size_t)at + 2] = at == f ? first_open : 0;
+        if (p->named) {
+            p->named[3 * (size_t)at] = i > e->begin ? p->names++ : is_named[0];
+            p->named[3 * (size_t)at + 1] = v == to ? is_named[1] : p->names;
+            p->named[3 * (size_t)at + 2] = is_named[2];
         }
         from = v;
         if (i < e->end) at = p->count++;
@@ -278,7 +279,8 @@ static void split_faces(const sewing *w, const uint32_t *at, pieces *p)
     memcpy(p->corner, s->corner, 3 * (size_t)s->face_count * sizeof *p->corner);
     memcpy(p->source, s->source, s->face_count * sizeof *p->source);
     memset(p->of, 0xff, 3 * (size_t)(s->face_count + w->splits) * sizeof *p->of);
-    if (p->open) memcpy(p->open, s->open, 3 * (size_t)s->face_count * sizeof *p->open);
+    if (p->named) memcpy(p->named, s->named, 3 * (size_t)s->face_count * sizeof *p->named);
+    p->names = s->names;
     p->count = s->face_count;
     for (uint32_t f = 0; f < s->face_count; f++) {
         uint32_t now[3] = {3 * f, 3 * f + 1, 3 * f + 2};
@@ -298,7 +300,7 @@ static bool take_back(sewing *w, const pieces *p, uint8_t *closed)
 {
     qw_edges edges = qw_edges_build(w->env, 3, p->corner, p->count, w->sheets->vertex_count);
     qw_sheets cut = *w->sheets;
-    cut.corner = p->corner, cut.open = p->open;
+    cut.corner = p->corner, cut.named = p->named;
     memset(closed, 0, w->edges);
     for (uint32_t v = 0; v < w->sheets->vertex_count; v++)
         for (uint32_t i = edges.begin[v], end; i < edges.begin[v + 1]; i = end) {
@@ -326,8 +328,12 @@ static uint32_t sew(sewing *w, qw_sheets *s, uint8_t *is_sewn)
     uint32_t *at = QW_NEW(w->env, uint32_t, 3 * (size_t)s->face_count), sewn = 0;
     memset(at, 0xff, 3 * (size_t)s->face_count * sizeof *at);
     for (uint32_t e = 0; e < w->edges; e++) at[w->edge[e].half] = e;
-    pieces p = {QW_NEW(w->env, uint32_t, 3 * faces), QW_NEW(w->env, uint32_t, faces),
-                QW_NEW(w->env, uint32_t, 3 * faces), s->open ? QW_NEW(w->env, uint8_t, 3 * faces) : NULL, 0};
+    pieces p = {QW_NEW(w->env, uint32_t, 3 * faces),
+                QW_NEW(w->env, uint32_t, faces),
+                QW_NEW(w->env, uint32_t, 3 * faces),
+                s->named ? QW_NEW(w->env, uint32_t, 3 * faces) : NULL,
+                0,
+                0};
     uint8_t *closed = QW_NEW(w->env, uint8_t, w->edges);
     bool settled = false;
     for (int round = 0; round < ROUNDS && !settled; round++) {
@@ -336,10 +342,10 @@ static uint32_t sew(sewing *w, qw_sheets *s, uint8_t *is_sewn)
     }
     for (uint32_t e = 0; e < w->edges && settled; e++)
         for (uint32_t i = w->edge[e].begin; w->edge[e].kept && i < w->edge[e].end; i++)
-            is_sewn[(uint32_t)w->split[i]] = 1, sewn++;
+            is_sewn[(uint32_t)w->split[i]] = is_sewn[w->edge[e].from] = is_sewn[w->edge[e].to] = 1, sewn++;
     if (sewn == 0) return 0;
-    s->face_count = p.count, s->corner = p.corner, s->source = p.source, s->open = p.open;
-    qw_keep(w->env, p.corner), qw_keep(w->env, p.source), qw_keep(w->env, p.open);
+    s->face_count = p.count, s->corner = p.corner, s->source = p.source, s->named = p.named, s->names = p.names;
+    qw_keep(w->env, p.corner), qw_keep(w->env, p.source), qw_keep(w->env, p.named);
     return sewn;
 }
 

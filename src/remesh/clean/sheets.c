@@ -16,7 +16,7 @@ uint32_t qw_drop_degenerate(qw_sheets *s)
         if (qw_repeats_vertex(c)) continue;
         if (kept != f) {
             memcpy(s->corner + 3 * (size_t)kept, c, 3 * sizeof *c);
-            if (s->open) memcpy(s->open + 3 * (size_t)kept, s->open + 3 * (size_t)f, 3 * sizeof *s->open);
+            if (s->named) memcpy(s->named + 3 * (size_t)kept, s->named + 3 * (size_t)f, 3 * sizeof *s->named);
             s->source[kept] = s->source[f];
         }
         kept++;
@@ -68,12 +68,6 @@ typedef struct wing {
     double out[3]; /* unit vector from the edge into the face, orthogonal to the edge; 0 for faces without area */
 } wing;
 
-static void unit(double *v)
-{
-    double l = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-    for (int k = 0; k < 3; k++) v[k] = l > 0 ? v[k] / l : 0;
-}
-
 static const double *position_of(const qw_sheets *s, uint32_t v) { return s->position + 3 * (size_t)v; }
 
 /* For each wing (a triangle at an edge with several) the direction away from the edge, of unit length and square to
@@ -83,41 +77,15 @@ static void wing_directions(const qw_sheets *s, uint32_t lower, uint32_t upper, 
     assert(lower < upper && upper < s->vertex_count);
     const double *p = position_of(s, lower), *q = position_of(s, upper);
     for (int k = 0; k < 3; k++) axis[k] = q[k] - p[k];
-    unit(axis);
+    qw_unit_doubles(axis);
     for (uint32_t i = 0; i < count; i++) {
         const double *a = position_of(s, s->corner[qw_prev(w[i].half)]);
         double *out = w[i].out;
         for (int k = 0; k < 3; k++) out[k] = a[k] - p[k];
         double along = qw_dot_doubles(out, axis);
         for (int k = 0; k < 3; k++) out[k] -= along * axis[k];
-        unit(out);
+        qw_unit_doubles(out);
     }
-}
-
-/* Sheets of one position along their rims, as files have them of which each was cut alike. Those that agree may be a
-   thin blade. */
-static const qw_fold_limits same_rim = {0.99996, 0.985}; /* 0.5 and 10 degrees */
-
-bool qw_fold_back(const qw_sheets *s, uint32_t a, uint32_t b, const qw_fold_limits *limits)
-{
-    const uint32_t half[2] = {a, b};
-    double axis[2][3], out[2][3];
-    for (int i = 0; i < 2; i++) {
-        const double *p = position_of(s, s->corner[half[i]]), *q = position_of(s, s->corner[qw_next(half[i])]),
-                     *r = position_of(s, s->corner[qw_prev(half[i])]);
-        for (int k = 0; k < 3; k++) axis[i][k] = q[k] - p[k], out[i][k] = r[k] - p[k];
-        unit(axis[i]);
-        double along = qw_dot_doubles(out[i], axis[i]);
-        for (int k = 0; k < 3; k++) out[i][k] -= along * axis[i][k];
-        unit(out[i]);
-    }
-    bool agree = qw_dot_doubles(axis[0], axis[1]) < 0;
-    return qw_dot_doubles(out[0], out[1]) > (agree ? limits->agreeing : limits->disagreeing);
-}
-
-bool qw_stay_apart(const qw_sheets *s, uint32_t a, uint32_t b)
-{
-    return s->open && s->open[a] && s->open[b] && qw_fold_back(s, a, b, &same_rim);
 }
 
 /* Of two pairs with the same angle, that which folds inward is worse by so much: a choice for ever the same. */
@@ -152,6 +120,7 @@ static void pair_by_angle(qw_sheets *s, const double *axis, wing *w, uint32_t co
         for (wing *a = w; a < w + count; a++)
             for (wing *b = w; b < w + count; b++) {
                 if (!may_pair(a, b, both) || pair_score(axis, a, b) <= best) continue;
+                if (qw_stay_apart(s, a->half, b->half)) continue;
                 best = pair_score(axis, a, b);
                 best_a = a;
                 best_b = b;
@@ -176,22 +145,39 @@ static void pair_in_order(qw_sheets *s, uint32_t lower, const uint32_t *half, ui
     }
 }
 
-/* half: the sides of one edge whose faces live. Their twins are QW_NONE so far. Returns whether there are more than
- * two. */
-static bool pair_edge(qw_sheets *s, uint32_t lower, uint32_t upper, const uint32_t *half, uint32_t count)
+/* Joins the sides of an edge that are the only two of theirs in the file, few in all. Returns how many are left. */
+static uint32_t pair_as_named(qw_sheets *s, uint32_t *half, uint32_t count)
+{
+    uint32_t left = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t alike = 0, other = half[i];
+        for (uint32_t j = 0; j < count; j++)
+            if (j != i && qw_is_named_alike(s, half[i], half[j])) alike++, other = half[j];
+        if (alike == 1) s->twin[half[i]] = other;
+    }
+    for (uint32_t i = 0; i < count; i++)
+        if (s->twin[half[i]] == QW_NONE) half[left++] = half[i];
+    return left;
+}
+
+/* half: the sides of one edge whose faces live; put into another order. Their twins are QW_NONE so far. Returns whether
+ * there are more than two. */
+static bool pair_edge(qw_sheets *s, uint32_t lower, uint32_t upper, uint32_t *half, uint32_t count)
 {
     assert(lower < s->vertex_count && upper < s->vertex_count);
+    bool nonmanifold = count > 2;
+    if (count > MOST_BY_ANGLE) {
+        pair_in_order(s, lower, half, count);
+        return true;
+    }
+    if (nonmanifold && s->named) count = pair_as_named(s, half, count);
     if (count == 2 && qw_stay_apart(s, half[0], half[1])) {
         s->apart++;
     } else if (count == 2) {
         s->twin[half[0]] = half[1];
         s->twin[half[1]] = half[0];
     }
-    if (count <= 2) return false;
-    if (count > MOST_BY_ANGLE) {
-        pair_in_order(s, lower, half, count);
-        return true;
-    }
+    if (count <= 2) return nonmanifold;
     wing w[MOST_BY_ANGLE];
     double axis[3];
     for (uint32_t i = 0; i < count; i++) {
@@ -247,6 +233,7 @@ uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_
     memset(s->twin, 0xff, half_edges * sizeof(uint32_t));
     s->kind = QW_NEW_ZERO(env, uint8_t, s->face_count);
     *nonmanifold = s->apart = 0;
+    if (s->named) qw_find_double_layers(env, s, edges);
     if (pair_all_plainly(env, s, edges)) return 0;
     memset(s->twin, 0xff, half_edges * sizeof(uint32_t));
     qw_scope_begin(env);

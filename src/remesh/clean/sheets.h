@@ -18,10 +18,14 @@ typedef struct qw_sheets {
     uint32_t *source; /* uint32_t[face_count]: polygon of the file */
     /* uint32_t[3 face_count], half-edge or QW_NONE; may join sides of the same direction until oriented */
     uint32_t *twin;
-    /* uint8_t[3 face_count]: 1: half-edges that have no other side in the file, as their vertices name it; NULL: all
-       corners are apart there, or all half-edges have one */
-    uint8_t *open;
-    uint32_t apart;                  /* edges of two sides that were not paired, as these lie on one another */
+    /* uint32_t[3 face_count]: the vertices of the corners as the file names them, and numbers from `names` on where
+       edges were split; NULL: all corners are apart there, or nothing was joined */
+    uint32_t *named, names;
+    uint32_t *sheet; /* uint32_t[face_count]: the same for those that hang together by vertices of the file; NULL until
+                        qw_find_double_layers */
+    uint64_t *layered; /* uint64_t[layers]: pairs of sheets that lie on one another, sorted */
+    size_t layers;
+    uint32_t apart;                  /* sides that were not paired, as they lie on one another */
     uint8_t *kind;                   /* uint8_t[face_count]: 0 or QW_FACE_BOTH; NULL until qw_pair_sides */
     uint32_t *component, components; /* uint32_t[face_count]: of each face, as qw_label_components has them; NULL until
                                         qw_orient_sheets */
@@ -35,18 +39,23 @@ typedef struct qw_fold_limits {
 /* Whether the faces of a and b, which run along one line, lie on one another there instead of going on from one
    another. */
 bool qw_fold_back(const qw_sheets *s, uint32_t a, uint32_t b, const qw_fold_limits *limits);
-/* The same of sides between the same vertices, of which the file knows nothing of the other. */
+/* The same of sides between the same vertices that do not have them in common in the file. */
 bool qw_stay_apart(const qw_sheets *s, uint32_t a, uint32_t b);
+
+/* Whether the file has both sides between the same vertices. */
+bool qw_is_named_alike(const qw_sheets *s, uint32_t a, uint32_t b);
+/* Sets sheet and layered. edges: of the faces as they are. */
+void qw_find_double_layers(qw_env *env, qw_sheets *s, const qw_edges *edges);
 
 /* Drops faces that repeat a vertex; returns their number. */
 uint32_t qw_drop_degenerate(qw_sheets *s);
 /* Marks as dropped all but one of the faces with the same three vertices, and small flaps altogether: faces that lie on
-   one another in opposite directions and hang on a surface that is complete without them. kind: uint8_t[face_count],
-   zeroed. Returns the number dropped. */
+   one another in opposite directions and hang on a surface that is complete without them. Sheets that lie on one
+   another with some of their faces lose none. kind: uint8_t[face_count], zeroed. Returns the number dropped. */
 uint32_t qw_find_duplicates(qw_env *env, const qw_sheets *s, const qw_edges *edges, uint8_t *kind);
-/* Drops duplicates and sets twin and kind. Where more than two sides meet at an edge, sides of opposite direction are
-   paired by the widest angle, then those of faces that may be turned either way, and what is left becomes boundary; so
-   do two sides that stay apart. Sets `apart`.
+/* Drops duplicates and sets twin and kind. Where more than two sides meet at an edge, those stay paired that are so in
+   the file; others of opposite direction are paired by the widest angle, then those of faces that may be turned either
+   way, and what is left becomes boundary; so do sides that stay apart. Sets `apart`.
    *nonmanifold: the number of such edges. Returns the number of faces dropped. */
 uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_t *nonmanifold);
 /* What orienting changed. */
