@@ -741,7 +741,7 @@ def measure(vertices, faces=None, /, *, face_sizes=None, against=None, gap=0.0):
 
 def render(meshes, path, /, *, captions=None, width=1600, height=1200, views=0, azimuth=35.0, elevation=22.0, wires=True, dots=True,
            labels=True, lines=False, chord=0, follow=None):
-    """Writes a picture (PNG) of a mesh, or of up to six in a list; needs no display. Arguments as of `quadwright render`.
+    """Writes a picture (PNG) of a mesh, or of up to eight in a list; needs no display. Arguments as of `quadwright render`.
 
     follow: a surface, for colours by the angle between the edges of quads and its principal directions.
     """
