@@ -577,7 +577,11 @@ class Remesher:
         finally:
             if bar:
                 bar.close()
-        return Result(told, normals, self._library, self._scene, self._context)
+        result = Result(told, normals, self._library, self._scene, self._context)
+        if asset is None:
+            idle = [f"option {name} has no effect without unwrap or bake" for name, _ in of_asset]
+            result.report.update(warnings=[*result.report["warnings"], *idle], warning_count=result.report["warning_count"] + len(idle))
+        return result
 
     def save_patches(self, path, patches_from="quads"):
         """Writes the limit surface of the last run's quads as STEP: a bicubic patch a quad, or, from "blocks", a B-spline surface for each grid of quads

@@ -143,7 +143,8 @@ def batch(call, input, output, format="obj", options=None, **steps):
         made = os.path.join(target, f"{name}.quads.{format}")
         try:
             record = quadwright._result_of_file(path, call.target(made), steps, call.load)
-            records.append({"name": name, "status": "OK", "output": made, "quads": record["report"]["topology"]["quads"]})
+            report = record["report"]
+            records.append({"name": name, "status": "OK", "output": made, "quads": report["topology"]["quads"], "warnings": report["warnings"]})
         except Exception as error:  # one model's, unless it would be so of all
             if call.is_cancelled.is_set() or isinstance(error, (TypeError, quadwright.OptionError)):
                 raise
