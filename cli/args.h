@@ -10,7 +10,7 @@
 #include <stdio.h>
 
 enum {
-    QW_MOST_PANELS = 6,    /* meshes in one picture */
+    QW_MOST_PANELS = 8,    /* meshes in one picture */
     QW_MOST_LEVELS = 16,   /* of detail */
     QW_UNSET_ANGLE = 10000 /* render: the angle was not given */
 };

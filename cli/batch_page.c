@@ -37,7 +37,7 @@ static const measure numbers[] = {
     {"irregular vertices", "topology", "irregular"},
     {"warnings", "report", "warning_count"},
 };
-enum { NUMBERS = sizeof numbers / sizeof *numbers };
+enum { NUMBERS = sizeof numbers / sizeof *numbers, WARNINGS = NUMBERS - 1 };
 
 typedef struct row {
     const batch_model *model;
@@ -294,9 +294,13 @@ static void put_row(const qw_arguments *a, FILE *page, const row *r)
     put_name(page, r->model);
     fprintf(page, "</td><td>%s%s</td>", r->status[0] ? r->status : "not done yet",
             r->model->was_done ? ", earlier" : "");
-    for (int k = 0; k < NUMBERS; k++)
-        if (r->is_ok && r->number[k] >= 0) fprintf(page, "<td>%.0f</td>", r->number[k]);
-        else fputs("<td></td>", page);
+    for (int k = 0; k < NUMBERS; k++) {
+        bool has_number = r->is_ok && r->number[k] >= 0, leads_on = has_number && k == WARNINGS && r->number[k] > 0;
+        fputs("<td>", page);
+        if (leads_on) begin_link(a, page, r->model->record); /* to their sentences */
+        if (has_number) fprintf(page, "%.0f", r->number[k]);
+        fputs(leads_on ? "</a></td>" : "</td>", page);
+    }
     for (int m = 0; m < MEASURES; m++)
         if (r->value[m] >= 0) fprintf(page, "<td>%.3g</td>", r->value[m]);
         else fputs("<td></td>", page);

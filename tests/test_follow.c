@@ -121,6 +121,47 @@ static double length_of(const qw_mesh_view *m, uint32_t a, uint32_t b)
     return sqrt(d2);
 }
 
+/* A plate of 4 x 3 with a round hole of 0.2 at (1.2, 1.1): from its rim to the plate's, which is sampled every 0.25. */
+static void at_plate(double u, double v, double p[3])
+{
+    double t = 14 * u, x = fmin(t, 4) - fmin(fmax(t - 7, 0), 4), y = fmin(fmax(t - 4, 0), 3) - fmax(t - 11, 0);
+    double a = atan2(y - 1.1, x - 1.2), near = 1 - v * v;
+    p[0] = x + near * (1.2 + 0.2 * cos(a) - x), p[1] = y + near * (1.1 + 0.2 * sin(a) - y), p[2] = 0;
+}
+
+/* The mean angle, in degrees, of edges to the nearer axis; of those that lie a unit or more from the hole. */
+static double off_axes(const qw_mesh_view *m)
+{
+    double sum = 0;
+    int64_t count = 0;
+    for (int64_t h = 0; h < 4 * m->face_count; h++) {
+        const double *a = m->positions + 3 * (size_t)m->corners[h],
+                     *b = m->positions + 3 * (size_t)m->corners[h % 4 == 3 ? h - 3 : h + 1];
+        double x = fabs(b[0] - a[0]), y = fabs(b[1] - a[1]);
+        if (hypot(a[0] - 1.2, a[1] - 1.1) > 1.2) sum += atan2(fmin(x, y), fmax(x, y)) * 180 / PI, count++;
+    }
+    return sum / (double)count;
+}
+
+/* Lines part around a hole and are straight behind it, at any number of quads. */
+static void rows_on_planes_are_straight(void **state)
+{
+    (void)state;
+    shape s = shape_of_sheet(&(shape_sheet){56, 12, true, false, false, at_plate});
+    for (int64_t faces = 400; faces <= 1600; faces += 300) {
+        qw_result *result;
+        qw_mesh_view view = shape_view(&s), quads;
+        qw_options options;
+        qw_options_init(&options);
+        options.faces = faces;
+        assert_int_equal(qw_remesh(&view, &options, NULL, &result), QW_OK);
+        quads = qw_result_mesh(result);
+        assert_true(off_axes(&quads) < 0.12);
+        qw_result_destroy(result);
+    }
+    shape_free(&s);
+}
+
 static int compare_numbers(const void *a, const void *b)
 {
     const double *x = a, *y = b;
@@ -207,6 +248,7 @@ static void rows_end_where_the_girth_changes(void **state)
 QW_TEST_SUITE(follow)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(capsules_have_rings), cmocka_unit_test(none_is_asked_for),
+                                       cmocka_unit_test(rows_on_planes_are_straight),
                                        cmocka_unit_test(chamfered_prisms_have_eight_cones),
                                        cmocka_unit_test(rows_end_where_the_girth_changes)};
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -192,6 +192,27 @@ static void test_grids(void **state)
 }
 
 /* Lines leave the eight corners of a cube and the centres of the faces and edges of a tetrahedron. */
+/* On a tube of 5 rows of 9: a ring, a mark that ends at both its ends, a corner. */
+static void test_creases(void **state)
+{
+    (void)state;
+    uint32_t marks[9][2], single[1][2] = {{9, 18}}, corner[1][2] = {{18, 18}};
+    for (uint32_t j = 0; j < 9; j++) marks[j][0] = 18 + j, marks[j][1] = 18 + (j + 1) % 9;
+    const struct {
+        const uint32_t *marks;
+        uint32_t count;
+        double patches;
+    } rows[] = {{marks[0], 9, 2}, {single[0], 1, 3}, {corner[0], 1, 2}};
+    make_tube(&quads, 4, 5, 9, 0);
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        outcome o = {.env = qw_env_create(NULL, 1), .mesh = view_of(&quads)};
+        o.mesh.marked_edges = rows[i].marks, o.mesh.marked_edge_count = rows[i].count;
+        assert_int_equal(qw_protect(o.env, body, &o), QW_OK);
+        qw_env_destroy(o.env);
+        near(o.q.patches, rows[i].patches, 0);
+    }
+}
+
 static void test_irregular(void **state)
 {
     (void)state;
@@ -380,9 +401,10 @@ static void test_quad_angles(void **state)
 QW_TEST_SUITE(shape)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_grids),         cmocka_unit_test(test_irregular),   cmocka_unit_test(test_crossing),
-        cmocka_unit_test(test_cylinder),      cmocka_unit_test(test_unclear),     cmocka_unit_test(test_mirror),
-        cmocka_unit_test(test_other_program), cmocka_unit_test(test_quad_angles), cmocka_unit_test(test_saddle),
+        cmocka_unit_test(test_creases),  cmocka_unit_test(test_grids),         cmocka_unit_test(test_irregular),
+        cmocka_unit_test(test_crossing), cmocka_unit_test(test_cylinder),      cmocka_unit_test(test_unclear),
+        cmocka_unit_test(test_mirror),   cmocka_unit_test(test_other_program), cmocka_unit_test(test_quad_angles),
+        cmocka_unit_test(test_saddle),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -577,7 +577,11 @@ class Remesher:
         finally:
             if bar:
                 bar.close()
-        return Result(told, normals, self._library, self._scene, self._context)
+        result = Result(told, normals, self._library, self._scene, self._context)
+        if asset is None:
+            idle = [f"option {name} has no effect without unwrap or bake" for name, _ in of_asset]
+            result.report.update(warnings=[*result.report["warnings"], *idle], warning_count=result.report["warning_count"] + len(idle))
+        return result
 
     def save_patches(self, path, patches_from="quads"):
         """Writes the limit surface of the last run's quads as STEP: a bicubic patch a quad, or, from "blocks", a B-spline surface for each grid of quads
@@ -741,7 +745,7 @@ def measure(vertices, faces=None, /, *, face_sizes=None, against=None, gap=0.0):
 
 def render(meshes, path, /, *, captions=None, width=1600, height=1200, views=0, azimuth=35.0, elevation=22.0, wires=True, dots=True,
            labels=True, lines=False, chord=0, follow=None):
-    """Writes a picture (PNG) of a mesh, or of up to six in a list; needs no display. Arguments as of `quadwright render`.
+    """Writes a picture (PNG) of a mesh, or of up to eight in a list; needs no display. Arguments as of `quadwright render`.
 
     follow: a surface, for colours by the angle between the edges of quads and its principal directions.
     """

@@ -100,8 +100,8 @@ def measure(call, input, against=None):
     return quadwright.measure(call.load(input), against=None if against is None else call.load(against, "against"))
 
 
-@_tool("Look", "A picture (PNG) of up to six meshes side by side, with the edges of the quads and dots at irregular vertices.", ["inputs"], {
-    "inputs": {"type": "array", "items": {"type": "string"}, "minItems": 1, "maxItems": 6, "description": f"files ({_FILE})"},
+@_tool("Look", "A picture (PNG) of up to eight meshes side by side, with the edges of the quads and dots at irregular vertices.", ["inputs"], {
+    "inputs": {"type": "array", "items": {"type": "string"}, "minItems": 1, "maxItems": 8, "description": f"files ({_FILE})"},
     "captions": {"type": "array", "items": {"type": "string"}, "description": "one for each, instead of the names"},
     "width": {"type": "integer", "minimum": 64, "maximum": 4096}, "height": {"type": "integer", "minimum": 64, "maximum": 4096},
     "views": {"type": "integer", "minimum": 0, "maximum": 6, "description": "directions from which each is seen; 0: as many as suit"},
@@ -143,7 +143,8 @@ def batch(call, input, output, format="obj", options=None, **steps):
         made = os.path.join(target, f"{name}.quads.{format}")
         try:
             record = quadwright._result_of_file(path, call.target(made), steps, call.load)
-            records.append({"name": name, "status": "OK", "output": made, "quads": record["report"]["topology"]["quads"]})
+            report = record["report"]
+            records.append({"name": name, "status": "OK", "output": made, "quads": report["topology"]["quads"], "warnings": report["warnings"]})
         except Exception as error:  # one model's, unless it would be so of all
             if call.is_cancelled.is_set() or isinstance(error, (TypeError, quadwright.OptionError)):
                 raise

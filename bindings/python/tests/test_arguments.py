@@ -114,6 +114,13 @@ def test_words_of_others_get_a_hint(surface, name):
             quadwright.remesh(surface, count)
 
 
+def test_options_without_effect_are_said(surface):
+    report = quadwright.remesh(*surface, faces=100, texture=512, wrap_quads=2).report
+    assert report["warnings"] == ["option wrap_quads has no effect without wrap", "option texture has no effect without unwrap or bake"]
+    assert report["warning_count"] == 2
+    assert quadwright.remesh(*surface, faces=100, texture=64, unwrap=True, adaptive=0).report["warnings"] == []
+
+
 def test_whole_numbers_may_be_floats(surface):
     assert np.array_equal(quadwright.remesh(*surface, faces=2e2).vertices, quadwright.remesh(*surface, faces=200).vertices)
 

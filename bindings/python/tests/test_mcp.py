@@ -186,6 +186,8 @@ def test_a_folder_of_models(folder, client):
     assert len(times) == 3
     assert client.call("batch", input="models", output="models/out", faces=100)["structuredContent"] == first
     assert times == {path: path.stat().st_mtime_ns for path in (folder / "models/out").rglob("*.obj")}
+    told = client.call("batch", input="models/sub", output="out3", faces=100, options={"wrap_quads": 2})["structuredContent"]["records"]
+    assert all(r["warnings"] == ["option wrap_quads has no effect without wrap"] for r in told)
     assert client.call("batch", input="models", output="out2", faces=100, options={"adaptive": 7})["isError"]  # wrong for all
 
 

@@ -505,6 +505,9 @@ export class Session {
     }
     if (thrown) throw thrown.error;
     const { positions, indices, faceSizes } = this.mesh(0), report = this.report();
+    const idle = unwrap || bake ? [] : m.tables.assetOptions.filter(({ name }) => (options[name] ?? null) !== null);
+    report.warnings.push(...idle.map(({ name }) => `option ${name} has no effect without unwrap or bake`));
+    report.warning_count += idle.length;
     return { positions, ...parted(indices, faceSizes, report.kept_faces), report, attributes: this.attributes(0), ...this.assetOf(unwrap || bake) };
   }
 

@@ -258,6 +258,8 @@ test('hooks lie with the options or beside them, functions elsewhere are named, 
     await remesher.load(file);
     const other = await remesher.remesh({ faces: 60 }, { progress: (stage) => void stages[1].push(stage) });
     assert.deepEqual(one.quads, other.quads);
+    const idle = (await remesher.remesh({ faces: 60, texture: 512, wrap_quads: 2 })).report.warnings;
+    assert.deepEqual(idle, ['option wrap_quads has no effect without wrap', 'option texture has no effect without unwrap or bake']);
     assert.ok(stages[0].length > 0 && stages[1].length > 0);
     await assert.rejects(remesher.remesh({ faces: 60, onProgress: () => {} }), /onProgress: there is no hook of that name/);
     assert.equal((await remesher.save('stl')).length, 84 + 50 * 2 * (other.quads.length / 4));

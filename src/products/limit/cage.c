@@ -68,7 +68,10 @@ qw_mesh_view qw_limit_of_cage(qw_env *env, const qw_mesh_view *cage, uint32_t ti
         position = next;
         if (k < times) q = qw_split_quads(env, &q);
     }
+    uint32_t crease_count, *creases = qw_list_creases(env, &q, &crease_count);
     return (qw_mesh_view){.size = sizeof(qw_mesh_view),
+                          .marked_edges = creases,
+                          .marked_edge_count = crease_count,
                           .vertex_count = q.vertex_count,
                           .face_count = q.face_count,
                           .uniform_face_size = 4,

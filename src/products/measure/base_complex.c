@@ -43,6 +43,31 @@ static grid_vertices find_special(qw_env *env, const qw_base_complex *b, uint32_
     return v;
 }
 
+/* Marks of the mesh become lines; where they end, turn or cross, and at marked corners, vertices are special. */
+static void take_creases(qw_env *env, qw_base_complex *b, const qw_mesh_view *mesh, grid_vertices *v)
+{
+    uint32_t count = mesh->marked_edge_count, *edges = QW_NEW_ZERO(env, uint32_t, mesh->vertex_count);
+    uint64_t *key = QW_NEW(env, uint64_t, (size_t)count + 1);
+    for (uint32_t m = 0; m < count; m++) {
+        uint32_t from = mesh->marked_edges[2 * (size_t)m], to = mesh->marked_edges[2 * (size_t)m + 1];
+        key[m] = qw_pair_key(from, to);
+        if (from == to) v->special[from] = 1;
+    }
+    qw_sort_u64(key, count);
+    for (uint32_t h = 0; h < 4 * b->quads; h++) {
+        uint64_t own = qw_pair_key(b->corner[h], b->corner[qw_quad_next(h)]);
+        size_t at = qw_first_not_below(key, count, own);
+        b->line[h] = at < count && key[at] == own;
+        edges[b->corner[h]] += b->line[h];
+    }
+    for (uint32_t h = 0; h < 4 * b->quads; h++) {
+        uint32_t across = b->twin[qw_quad_next(h)], end = b->corner[qw_quad_next(h)];
+        if (b->line[h] && across != QW_NONE && !b->line[qw_quad_next(across)]) v->special[end] = 1;
+        if (edges[end] > 2) v->special[end] = 1;
+    }
+    qw_free(env, key), qw_free(env, edges);
+}
+
 /* Marks the line that leaves along h, up to the vertex where it ends. */
 static void mark_line(const qw_base_complex *b, const grid_vertices *v, uint32_t h)
 {
@@ -56,10 +81,11 @@ static void mark_line(const qw_base_complex *b, const grid_vertices *v, uint32_t
     }
 }
 
-static void find_lines(qw_env *env, qw_base_complex *b, uint32_t vertex_count)
+static void find_lines(qw_env *env, qw_base_complex *b, const qw_mesh_view *mesh)
 {
-    grid_vertices v = find_special(env, b, vertex_count);
+    grid_vertices v = find_special(env, b, mesh->vertex_count);
     b->line = QW_NEW_ZERO(env, uint8_t, 4 * (size_t)b->quads);
+    if (mesh->marked_edge_count > 0) take_creases(env, b, mesh, &v);
     for (uint32_t h = 0; h < 4 * b->quads; h++) {
         if (b->twin[h] == QW_NONE) b->line[h] = 1;
         if (v.special[b->corner[h]]) mark_line(b, &v, h);
@@ -135,7 +161,7 @@ qw_base_complex qw_find_base_complex(qw_env *env, const qw_mesh_view *mesh, cons
     find_quads(env, mesh, edges, &b);
     uint32_t fault;
     b.twin = qw_find_twins(env, 4, b.corner, b.quads, mesh->vertex_count, &fault);
-    find_lines(env, &b, mesh->vertex_count);
+    find_lines(env, &b, mesh);
     count_patches(env, &b);
     find_chords(env, &b);
     return b;

@@ -3,8 +3,9 @@
  * A vertex is special where its valence differs from that of a regular grid: other than four quads inside, other than
  * two on a boundary. From each special vertex a line leaves along every edge and goes straight on until it meets
  * another special vertex or a boundary. These lines and the boundaries cut the quads into patches, each a regular grid:
- * the base complex (Bommes et al. 2011). A chord is a strip of quads, side by side, each entered and left through
- * opposite edges; it ends at boundaries or closes, and may cross itself.
+ * the base complex (Bommes et al. 2011). Marked edges (creases) are lines too, and vertices where they end, turn or
+ * cross are special, as in patches for CAD (products/limit/patch_blocks.h). A chord is a strip of quads, side by side,
+ * each entered and left through opposite edges; it ends at boundaries or closes, and may cross itself.
  *
  * Half-edge 4 q + i leaves corner i of the q-th quad; direction i & 1 of a quad crosses its edges i and i + 2.
  */

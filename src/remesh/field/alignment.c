@@ -81,11 +81,8 @@ static void preference_block(void *user, uint32_t block, uint32_t begin, uint32_
     (void)block;
     const pull_task *t = user;
     for (uint32_t v = begin; v < end; v++) {
-        qw_vec3 n = t->c->level->normal[v], d = t->direction[v], x = t->axis[v];
-        float length = qw_length(d);
-        qw_phasor z = qw_phasor_unit((qw_phasor){qw_dot(d, x), qw_dot(d, qw_cross(n, x))});
-        z = qw_phasor_mul(z, z);
-        z = qw_phasor_mul(z, z);
+        float length = qw_length(t->direction[v]);
+        qw_phasor z = qw_phasor_of_cross(t->direction[v], t->c->level->normal[v], t->axis[v]);
         t->to[v] = (preference){{length * z.re, length * z.im}, length};
     }
 }
@@ -179,12 +176,9 @@ static void pull_to_asked_block(void *user, uint32_t block, uint32_t begin, uint
     (void)block;
     const asked_task *t = user;
     for (uint32_t v = begin; v < end; v++) {
-        qw_vec3 n = t->c->level->normal[v], d = t->asked[v], x = t->axis[v];
-        float pull = t->c->diagonal[v] * ASKED_PULL * qw_length(d);
+        float pull = t->c->diagonal[v] * ASKED_PULL * qw_length(t->asked[v]);
         if (!(pull > 0) || is_beside_curve(t->c->level, v)) continue;
-        qw_phasor z = qw_phasor_unit((qw_phasor){qw_dot(d, x), qw_dot(d, qw_cross(n, x))});
-        z = qw_phasor_mul(z, z);
-        z = qw_phasor_mul(z, z);
+        qw_phasor z = qw_phasor_of_cross(t->asked[v], t->c->level->normal[v], t->axis[v]);
         t->c->pull[v] = qw_phasor_add(t->c->pull[v], (qw_phasor){pull * z.re, pull * z.im});
         t->c->diagonal[v] += pull;
         t->pulled[v] += pull;

@@ -53,9 +53,7 @@ static qw_phasor carry(const finest_build *b, uint32_t u, uint32_t v)
     float cosine = qw_dot(nu, nv);
     if (cosine > OPPOSITE)
         a = qw_add(qw_add(qw_scale(a, cosine), qw_cross(spin, a)), qw_scale(spin, qw_dot(spin, a) / (1 + cosine)));
-    qw_phasor z = qw_phasor_unit((qw_phasor){qw_dot(a, b->axis[v]), qw_dot(a, qw_cross(nv, b->axis[v]))});
-    z = qw_phasor_mul(z, z);
-    return qw_phasor_mul(z, z);
+    return qw_phasor_of_cross(a, nv, b->axis[v]);
 }
 
 /* Half the difference of the principal curvatures, turned twice by the angle of the first: the part of the normals'

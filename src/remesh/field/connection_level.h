@@ -21,6 +21,14 @@ static inline qw_phasor qw_phasor_unit(qw_phasor a)
     return l > 1e-18f ? (qw_phasor){a.re / l, a.im / l} : (qw_phasor){1, 0};
 }
 
+/* The cross along d, in the plane of n and x: the fourth power of its angle to x. */
+static inline qw_phasor qw_phasor_of_cross(qw_vec3 d, qw_vec3 n, qw_vec3 x)
+{
+    qw_phasor z = qw_phasor_unit((qw_phasor){qw_dot(d, x), qw_dot(d, qw_cross(n, x))});
+    z = qw_phasor_mul(z, z);
+    return qw_phasor_mul(z, z);
+}
+
 typedef struct qw_connection_level {
     const qw_level *level; /* its graph: row v of link is level->begin[v] .. level->begin[v + 1] */
     float *diagonal; /* float[vertex_count], >= 0; 0 where nothing moves z: constrained, or with no neighbour left */

@@ -1,11 +1,10 @@
 #include "remesh/relax/diagonals.h"
 
+#include "base/constants.h"
 #include "geometry/slide.h"
 
 #include <assert.h>
 
-/* A quad whose diagonals pass at less than this share of their length counts as plane: either may be the fold. */
-static const float PLANE = 1e-3f;
 /* A corner whose triangle has less than this share of the quad's area is nearly straight or points inward: a cut
    that does not go through it makes a triangle of no or of negative area. */
 static const float LEAST_CORNER = 0.02f;
@@ -50,7 +49,8 @@ static bool should_turn(const diagonals *s, uint32_t f)
     bool first = poor & 5u, second = poor & 10u;
     if (first != second) return second;
     float gap = qw_dot(qw_sub(middle, other_middle), qw_normalize(area)); /* along the normal */
-    if (!(gap * gap > PLANE * PLANE * qw_length(area))) return false;
+    if (!(gap * gap > (float)QW_ONE_PLANE * (float)QW_ONE_PLANE * qw_length(area)))
+        return false; /* either may be the fold */
     return distance2(s, c[1], other_middle) < distance2(s, c[0], middle);
 }
 

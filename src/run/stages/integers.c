@@ -10,6 +10,7 @@
 #include "remesh/field/alignment.h"
 #include "remesh/field/girth.h"
 #include "remesh/field/curvature_diffusion.h"
+#include "remesh/field/plane_directions.h"
 #include "paper/multiresolution.h"
 #include "paper/position.h"
 #include "remesh/sizes/scale.h"
@@ -137,6 +138,8 @@ void qw_stage_ORIENTATION(qw_run_state *run)
     run->orientation = qw_orientation_field(env, hierarchy, turn, run->alignment, (float)run->options.follow, asked,
                                             (uint64_t)run->options.seed);
     let_rows_end(run, hierarchy, turn, asked);
+    if (run->alignment && qw_uses(env, QW_MECH_PLANES))
+        qw_direct_planes(env, mesh, run->normal, run->orientation, run->alignment);
     qw_free(env, asked), qw_free(env, turn), qw_free(env, radius);
     free_hierarchy(env, hierarchy);
     run->hierarchy = NULL;
