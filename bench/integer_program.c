@@ -18,8 +18,8 @@ enum { HELD = 1000, MOST_CHANGE = 60 };
 
 static const char *target;
 
-qw_regular_counts __real_qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_kind kind, qw_cost_kind cost);
-qw_regular_counts __wrap_qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_kind kind, qw_cost_kind cost);
+qw_regular_counts __real_qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_choice kind, qw_cost_kind cost);
+qw_regular_counts __wrap_qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_choice kind, qw_cost_kind cost);
 
 /* One scalar row of a triangle: the sum of what its edges have there is 0. */
 static void put_row(FILE *file, const qw_offset_mesh *m, uint32_t f, uint8_t row)
@@ -54,7 +54,7 @@ static void put_program(FILE *file, const qw_offset_mesh *m)
     fprintf(file, "\nEnd\n");
 }
 
-qw_regular_counts __wrap_qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_kind kind, qw_cost_kind cost)
+qw_regular_counts __wrap_qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_choice kind, qw_cost_kind cost)
 {
     qw_int2 *before = malloc(m->edge_count * sizeof *before);
     uint8_t *fixed = malloc(m->edge_count);

@@ -31,10 +31,9 @@ static const char *const examples[] = {
     "quadwright --from-stage field.qws -o quads.obj --flow mcf-mr",
     "quadwright batch models/ --out quads/ --faces 4000 --time-limit 600",
 };
-enum { EXAMPLE_COUNT = sizeof examples / sizeof examples[0] };
 
 const qw_usage_row *qw_usage_at(size_t index) { return index < USAGE_COUNT ? &usages[index] : NULL; }
-const char *qw_example_at(size_t index) { return index < EXAMPLE_COUNT ? examples[index] : NULL; }
+const char *qw_example_at(size_t index) { return index < sizeof examples / sizeof *examples ? examples[index] : NULL; }
 
 /* ---- one option, one switch */
 
@@ -180,7 +179,7 @@ static void put_statuses(FILE *file)
 
 static void put_examples(FILE *file)
 {
-    for (int i = 0; i < EXAMPLE_COUNT; i++) fprintf(file, "  %s\n", examples[i]);
+    for (size_t i = 0; i < sizeof examples / sizeof *examples; i++) fprintf(file, "  %s\n", examples[i]);
 }
 
 void qw_print_manual(FILE *file)

@@ -149,9 +149,10 @@ static const qw_switch_row switches[] = {
     {SWITCH_STANDS_FOR, REMESH | BATCH, NULL, "sat", NULL, "sat", "on", "--sat"},
     {SWITCH_STANDS_FOR, REMESH | BATCH, NULL, "seed", "N", "seed", NULL, "--seed N"},
 };
-enum { SWITCH_COUNT = sizeof switches / sizeof switches[0] };
-
-const qw_switch_row *qw_switch_at(size_t index) { return index < SWITCH_COUNT ? &switches[index] : NULL; }
+const qw_switch_row *qw_switch_at(size_t index)
+{
+    return index < sizeof switches / sizeof *switches ? &switches[index] : NULL;
+}
 
 static const char *const command_names[QW_COMMAND_COUNT] = {"remesh", "asset",   "measure", "render",
                                                             "batch",  "options", "version", "help"};

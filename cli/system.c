@@ -63,7 +63,6 @@ static const struct {
                {SIGTERM, "SIGTERM (asked to end)"},
                {SIGHUP, "SIGHUP (the terminal is gone)"},
                {SIGXCPU, "SIGXCPU (the limit of processor time)"}};
-enum { SIGNAL_COUNT = sizeof signals / sizeof *signals };
 
 void qw_ignore_write_signals(void)
 {
@@ -82,7 +81,7 @@ void qw_hold_interrupts(void)
 {
     sigset_t set;
     sigemptyset(&set);
-    for (int i = 0; i < SIGNAL_COUNT; i++)
+    for (size_t i = 0; i < sizeof signals / sizeof *signals; i++)
         if (!is_ignored(signals[i].number)) sigaddset(&set, signals[i].number);
     sigprocmask(SIG_BLOCK, &set, NULL);
 }
@@ -91,7 +90,7 @@ const char *qw_interrupted(void)
 {
     sigset_t set;
     if (sigpending(&set) != 0) return NULL;
-    for (int i = 0; i < SIGNAL_COUNT; i++)
+    for (size_t i = 0; i < sizeof signals / sizeof *signals; i++)
         if (sigismember(&set, signals[i].number) == 1) return signals[i].name;
     return NULL;
 }

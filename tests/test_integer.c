@@ -277,7 +277,7 @@ static int64_t cheapest(qw_env *env, const qw_offset_mesh *m, int32_t limit)
     }
 }
 
-static int64_t solve(qw_env *env, const qw_offset_mesh *m, qw_flow_kind kind, qw_regular_counts *counts)
+static int64_t solve(qw_env *env, const qw_offset_mesh *m, qw_flow_choice kind, qw_regular_counts *counts)
 {
     qw_offset_mesh copy = qw_offset_copy(env, m);
     *counts = qw_make_regular(env, &copy, kind, false);
@@ -343,7 +343,7 @@ static void five_solvers(void **state)
             for (int kind = QW_FLOW_MF; kind <= QW_FLOW_ILP; kind++) {
                 qw_regular_counts c;
                 if (kind == QW_FLOW_ILP && (!qw_flow_has_integer_program() || wild)) continue;
-                cost[kind] = solve(env, &u.offsets, (qw_flow_kind)kind, &c);
+                cost[kind] = solve(env, &u.offsets, (qw_flow_choice)kind, &c);
                 assert_int_equal(c.irregular_after, 0);
                 if (wild) assert_true(c.irregular_before > 10);
                 if (kind == QW_FLOW_ILP) assert_int_equal(cost[kind], cost[QW_FLOW_MCF]);
@@ -370,7 +370,7 @@ static void wild_offsets_become_regular(void **state)
         if (round % 3 == 0) unit_add_cones(env, &m, &r, 2);
         for (int kind = QW_FLOW_MF; kind <= QW_FLOW_MCF_MR; kind++) {
             qw_regular_counts c;
-            solve(env, &m, (qw_flow_kind)kind, &c);
+            solve(env, &m, (qw_flow_choice)kind, &c);
             assert_int_equal(c.irregular_after, 0);
         }
         qw_scope_end(env);

@@ -7,6 +7,7 @@
 
 #include "faults.h"
 #include "suite.h"
+#include "io/gltf/gltf.h"
 #include "io/soup.h"
 
 #include <math.h>
@@ -32,9 +33,22 @@ static void read_body(void *user)
 
 static qw_status run(reading *r) { return qw_protect(r->env, read_body, r); }
 
+static void drop_attributes(qw_env *env, qw_soup *soup)
+{
+    for (uint32_t i = 0; i < soup->attribute_count; i++) {
+        const qw_attribute *a = &soup->attribute[i];
+        qw_free(env, (void *)a->name), qw_free(env, (void *)a->values), qw_free(env, (void *)a->labels);
+        if (a->label_names) qw_free(env, (void *)a->label_names[0]);
+        qw_free(env, (void *)a->label_names), qw_free(env, (void *)a->group);
+    }
+    qw_free(env, soup->attribute), qw_free(env, soup->library);
+    qw_gltf_each_block(env, soup->gltf, qw_free);
+    soup->attribute = NULL, soup->attribute_count = 0, soup->library = NULL, soup->gltf = NULL;
+}
+
 static void free_soup(reading *r)
 {
-    qw_drop_attributes(r->env, &r->soup);
+    drop_attributes(r->env, &r->soup);
     qw_free(r->env, r->soup.position);
     qw_free(r->env, r->soup.face_begin);
     qw_free(r->env, r->soup.corner);

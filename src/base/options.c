@@ -69,18 +69,15 @@ typedef struct table {
     size_t count;
 } table;
 
-enum {
-    OPTION_COUNT = sizeof infos / sizeof infos[0],
-    ASSET_COUNT = sizeof asset_infos / sizeof asset_infos[0],
-    NUMBER_SIZE = 64
-};
-static const table of_run = {infos, offsets, OPTION_COUNT}, of_asset = {asset_infos, asset_offsets, ASSET_COUNT};
+enum { NUMBER_SIZE = 64 };
+static const table of_run = {infos, offsets, sizeof infos / sizeof *infos},
+                   of_asset = {asset_infos, asset_offsets, sizeof asset_infos / sizeof *asset_infos};
 
-size_t qw_option_count(void) { return OPTION_COUNT; }
-const qw_option_info *qw_option_at(size_t index) { return index < OPTION_COUNT ? &infos[index] : NULL; }
+size_t qw_option_count(void) { return of_run.count; }
+const qw_option_info *qw_option_at(size_t index) { return index < of_run.count ? &infos[index] : NULL; }
 
-size_t qw_asset_option_count(void) { return ASSET_COUNT; }
-const qw_option_info *qw_asset_option_at(size_t index) { return index < ASSET_COUNT ? &asset_infos[index] : NULL; }
+size_t qw_asset_option_count(void) { return of_asset.count; }
+const qw_option_info *qw_asset_option_at(size_t index) { return index < of_asset.count ? &asset_infos[index] : NULL; }
 
 size_t qw_options_size(void) { return sizeof(qw_options); }
 

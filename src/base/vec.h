@@ -4,6 +4,7 @@
 
 #include "base/elementary.h"
 
+#include <float.h>
 #include <math.h>
 
 typedef struct qw_vec3 {
@@ -42,6 +43,20 @@ static inline void qw_unit_doubles(double v[3])
     double l = sqrt(qw_dot_doubles(v, v));
     for (int k = 0; k < 3; k++) v[k] = l > 0 ? v[k] / l : 0;
 }
+static inline double qw_distance2_doubles(const double a[3], const double b[3])
+{
+    double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
+    return x * x + y * y + z * z;
+}
+/* The square of twice the area of triangle a b c; and up to which share of its longest side, squared, twice the area
+   may be a rounding error. */
+static inline double qw_cross2_doubles(const double a[3], const double b[3], const double c[3])
+{
+    double u[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]}, v[3] = {c[0] - a[0], c[1] - a[1], c[2] - a[2]}, n[3];
+    qw_cross_doubles(u, v, n);
+    return qw_dot_doubles(n, n);
+}
+static const double QW_CROSS_CERTAIN = 16 * DBL_EPSILON;
 static inline qw_vec3 qw_cross(qw_vec3 a, qw_vec3 b)
 {
     return (qw_vec3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};

@@ -52,14 +52,6 @@ qw_edit qw_edit_open(qw_env *env, const qw_trimesh *mesh, const float *target, c
     return e;
 }
 
-void qw_edit_reserve(qw_edit *e, uint32_t faces)
-{
-    if (faces <= e->face_count) return;
-    size_t vertices = e->vertex_count + (size_t)(faces - e->face_count) / 2;
-    e->vertex = qw_grow(e->env, e->vertex, &e->vertex_capacity, vertices, sizeof *e->vertex);
-    e->face = qw_grow(e->env, e->face, &e->face_capacity, faces, sizeof *e->face);
-}
-
 static uint32_t add_vertex(qw_edit *e, qw_vec3 position, float target, uint32_t home, qw_vertex_kind kind,
                            uint16_t block)
 {

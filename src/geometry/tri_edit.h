@@ -59,8 +59,6 @@ static inline bool qw_edit_dead(const qw_edit *e, uint32_t f) { return e->face[f
 /* home of each vertex is outgoing[v], kind is FREE. The arrays belong to the current scope. outgoing:
  * uint32_t[mesh->vertex_count]. */
 qw_edit qw_edit_open(qw_env *env, const qw_trimesh *mesh, const float *target, const uint32_t *outgoing);
-/* Room for as many faces in all, with their vertices, so that splits need not move what is there. */
-void qw_edit_reserve(qw_edit *edit, uint32_t faces);
 /* The same, packed as by qw_edit_pack: vertex v of the mesh is vertex (*rank)[v], uint32_t[mesh->vertex_count]. */
 qw_edit qw_edit_open_packed(qw_env *env, const qw_trimesh *mesh, const float *target, const uint32_t *outgoing,
                             uint32_t **rank);

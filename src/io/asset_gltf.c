@@ -2,8 +2,6 @@
 
 #include <string.h>
 
-enum { ALIGNMENT = 4 };
-
 typedef struct maker {
     qw_env *env;
     const qw_asset_look *look;
@@ -26,7 +24,7 @@ static size_t piece(maker *k, const char *text)
 /* A picture as a texture; returns its number. */
 static uint32_t put_texture(maker *k, const qw_picture *p, const char *name)
 {
-    qw_pen_align(&k->bytes, ALIGNMENT, 0);
+    qw_pen_align(&k->bytes, QW_GLTF_ALIGNMENT, 0);
     size_t begin = k->bytes.size;
     qw_put_png(k->env, p, &k->bytes);
     qw_pen_print(&k->views, "{\"buffer\":0,\"byteOffset\":%zu,\"byteLength\":%zu},", begin, k->bytes.size - begin);

@@ -17,20 +17,14 @@
 #include <unistd.h>
 
 enum {
-    FIRST_READ = 1 << 16,
-    MOST_AT_ONCE = 1 << 30, /* Linux gives up to 2 GiB a call, others less */
-    BUFFER_SIZE = 1 << 17,
-    WAIT = 20, /* milliseconds between two questions to the host */
-    CAUSE_SIZE = 96,
-    MAX_NAMES_TRIED = 1000,
-    TEMPORARY_SIZE = 64, /* bytes of its name */
-    MOST_LINKS = 40,     /* from one to the next, as Linux has it */
+    WAIT = 20,       /* milliseconds between two questions to the host */
+    MOST_LINKS = 40, /* from one to the next, as Linux has it */
     LINK_SIZE = 4096
 };
 
 /* strerror keeps its text in a global. */
 typedef struct cause {
-    char text[CAUSE_SIZE];
+    char text[QW_CAUSE_SIZE];
 } cause;
 
 static cause cause_of(int error)
@@ -157,13 +151,13 @@ static qw_bytes read_all(qw_env *env, int descriptor, const char *name)
     bool regular = S_ISREG(info.st_mode);
     size_t capacity = 0, size = 0;
     size_t expected = regular && info.st_size > 0 ? (size_t)info.st_size + QW_ZEROS + 1
-                                                  : FIRST_READ; /* a byte to see the end */
+                                                  : QW_FIRST_READ; /* a byte to see the end */
     char *bytes = qw_grow(env, NULL, &capacity, expected, 1);
     for (;;) {
         if (size + QW_ZEROS == capacity) bytes = qw_grow(env, bytes, &capacity, capacity + 1, 1);
         size_t room = capacity - QW_ZEROS - size;
         if (!regular) wait_for(env, descriptor, POLLIN);
-        ssize_t got = read(descriptor, bytes + size, room < MOST_AT_ONCE ? room : MOST_AT_ONCE);
+        ssize_t got = read(descriptor, bytes + size, room < QW_MOST_READ ? room : QW_MOST_READ);
         if (got < 0 && (errno == EINTR || errno == EAGAIN)) continue;
         if (got < 0) fail_to_read(env, name, errno);
         if (got == 0) break;
@@ -203,7 +197,7 @@ qw_bytes qw_file_read_regular(qw_env *env, const char *path, const char *name, u
     size_t size = 0;
     while (size < wanted) {
         size_t left = (size_t)wanted - size;
-        ssize_t got = read(descriptor, bytes + size, left < MOST_AT_ONCE ? left : MOST_AT_ONCE);
+        ssize_t got = read(descriptor, bytes + size, left < QW_MOST_READ ? left : QW_MOST_READ);
         if (got < 0 && errno == EINTR) continue;
         if (got < 0) fail_to_read(env, name, errno);
         if (got == 0) break; /* it has become shorter */
@@ -225,7 +219,7 @@ struct qw_file {
     char *temporary;              /* beside the target */
     bool has_temporary, replaces; /* replaces: the target was there before */
     size_t filled;
-    char *buffer; /* char[BUFFER_SIZE] */
+    char *buffer; /* char[QW_FILE_BUFFER] */
 };
 
 static void abandon(void *resource)
@@ -295,7 +289,7 @@ static void open_temporary(qw_file *f)
 {
     const char *slash = strrchr(f->target, '/');
     int folder = slash ? (int)(slash + 1 - f->target) : 0;
-    for (int i = 0; i < MAX_NAMES_TRIED; i++) {
+    for (int i = 0; i < QW_MOST_NAMES_TRIED; i++) {
         /* not from the target's name, which may be as long as names may be */
         sprintf(f->temporary, "%.*squadwright-%ld-%d.part", folder, f->target, (long)getpid(), i);
         f->descriptor = open(f->temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
@@ -313,13 +307,13 @@ qw_file *qw_file_begin(qw_env *env, const char *path)
     qw_heartbeat_begin(env);
     f->name = qw_path_for_messages(env, path, "standard output");
     f->descriptor = -1;
-    f->buffer = qw_alloc(env, BUFFER_SIZE, 1);
+    f->buffer = qw_alloc(env, QW_FILE_BUFFER, 1);
     destination d = destination_of(env, path, f->name);
     f->slow = !d.regular;
     f->borrowed = d.descriptor >= 0;
     if (d.regular && !f->borrowed) {
         f->target = d.path;
-        f->temporary = qw_alloc(env, strlen(f->target) + TEMPORARY_SIZE, 1);
+        f->temporary = qw_alloc(env, strlen(f->target) + QW_TEMPORARY_SIZE, 1);
     }
     qw_defer(env, abandon, f); /* after all blocks that it needs: they are released later */
     if (f->borrowed) {
@@ -378,8 +372,8 @@ static void flush(qw_file *f)
 void qw_file_put(qw_file *f, const void *bytes, size_t size)
 {
     for (const char *at = bytes; size > 0;) {
-        if (f->filled == BUFFER_SIZE) flush(f);
-        size_t room = BUFFER_SIZE - f->filled, n = size < room ? size : room;
+        if (f->filled == QW_FILE_BUFFER) flush(f);
+        size_t room = QW_FILE_BUFFER - f->filled, n = size < room ? size : room;
         memcpy(f->buffer + f->filled, at, n);
         f->filled += n;
         at += n, size -= n;

@@ -14,6 +14,17 @@
 
 /* So many zeros follow bytes, so that readers of text need not look for the end, nor those of eight digits at once. */
 enum { QW_ZEROS = 8 };
+/* Of file.c and file_windows.c alone: bytes that are read at once at first and at most (Linux gives up to 2 GiB a call,
+   others less), and collected before they are written; of the system's own words, and of a temporary file's name; such
+   names that are tried. */
+enum {
+    QW_FIRST_READ = 1 << 16,
+    QW_MOST_READ = 1 << 30,
+    QW_FILE_BUFFER = 1 << 17,
+    QW_CAUSE_SIZE = 96,
+    QW_TEMPORARY_SIZE = 64,
+    QW_MOST_NAMES_TRIED = 1000
+};
 
 typedef struct qw_bytes {
     const char *at; /* char[size + QW_ZEROS] */

@@ -11,15 +11,6 @@
 #include <string.h>
 #include <windows.h>
 
-enum {
-    FIRST_READ = 1 << 16,
-    MOST_AT_ONCE = 1 << 30,
-    BUFFER_SIZE = 1 << 17,
-    CAUSE_SIZE = 96,
-    MAX_NAMES_TRIED = 1000,
-    TEMPORARY_SIZE = 64 /* bytes of its name */
-};
-
 struct qw_file {
     qw_env *env;
     const char *name;     /* for messages */
@@ -30,18 +21,18 @@ struct qw_file {
     wchar_t *temporary;   /* beside the target */
     bool has_temporary, is_settled;
     size_t filled;
-    char *buffer; /* char[BUFFER_SIZE] */
+    char *buffer; /* char[QW_FILE_BUFFER] */
 };
 
 typedef struct cause {
-    char text[CAUSE_SIZE];
+    char text[QW_CAUSE_SIZE];
 } cause;
 
 static cause cause_of(DWORD error)
 {
     cause c = {{0}};
     DWORD size = FormatMessageA(FORMAT_MESSAGE_FROM_SYSTEM | FORMAT_MESSAGE_IGNORE_INSERTS, NULL, error, 0, c.text,
-                                CAUSE_SIZE - 1, NULL);
+                                QW_CAUSE_SIZE - 1, NULL);
     while (size > 0 && (c.text[size - 1] == '\n' || c.text[size - 1] == '\r' || c.text[size - 1] == '.')) size--;
     c.text[size] = 0;
     if (size == 0) snprintf(c.text, sizeof c.text, "error %lu", (unsigned long)error);
@@ -81,14 +72,14 @@ static qw_bytes read_all(qw_env *env, HANDLE handle, const char *name, uint64_t 
     uint64_t there = known ? (uint64_t)length.QuadPart : 0;
     if (there > most) there = most;
     if (there > SIZE_MAX / 2) qw_fail(env, QW_MEMORY, -1, "%s: is too large to be read", name);
-    size_t capacity = 0, size = 0, expected = known ? (size_t)there + QW_ZEROS + 1 : FIRST_READ;
+    size_t capacity = 0, size = 0, expected = known ? (size_t)there + QW_ZEROS + 1 : QW_FIRST_READ;
     char *bytes = qw_grow(env, NULL, &capacity, expected, 1);
     for (;;) {
         if (size + QW_ZEROS == capacity) bytes = qw_grow(env, bytes, &capacity, capacity + 1, 1);
         size_t room = capacity - QW_ZEROS - size;
         DWORD got = 0;
         qw_heartbeat_outside(env);
-        if (!ReadFile(handle, bytes + size, (DWORD)(room < MOST_AT_ONCE ? room : MOST_AT_ONCE), &got, NULL)) {
+        if (!ReadFile(handle, bytes + size, (DWORD)(room < QW_MOST_READ ? room : QW_MOST_READ), &got, NULL)) {
             if (GetLastError() == ERROR_BROKEN_PIPE || GetLastError() == ERROR_HANDLE_EOF) break;
             fail_to_read(env, name, GetLastError());
         }
@@ -173,8 +164,8 @@ static void open_temporary(qw_file *f)
         if (*c == L'/' || *c == L'\\' || *c == L':') last = c + 1;
     size_t folder = (size_t)(last - f->target_wide);
     memcpy(f->temporary, f->target_wide, folder * sizeof *f->temporary);
-    for (int i = 0; i < MAX_NAMES_TRIED; i++) {
-        _snwprintf(f->temporary + folder, TEMPORARY_SIZE, L"quadwright-%lu-%d.part",
+    for (int i = 0; i < QW_MOST_NAMES_TRIED; i++) {
+        _snwprintf(f->temporary + folder, QW_TEMPORARY_SIZE, L"quadwright-%lu-%d.part",
                    (unsigned long)GetCurrentProcessId(), i);
         f->handle = CreateFileW(f->temporary, GENERIC_WRITE, 0, NULL, CREATE_NEW, FILE_ATTRIBUTE_NORMAL, NULL);
         f->has_temporary = f->handle != INVALID_HANDLE_VALUE;
@@ -199,11 +190,11 @@ qw_file *qw_file_begin(qw_env *env, const char *path)
     qw_heartbeat_begin(env);
     f->name = qw_path_for_messages(env, path, "standard output");
     f->handle = INVALID_HANDLE_VALUE;
-    f->buffer = qw_alloc(env, BUFFER_SIZE, 1);
+    f->buffer = qw_alloc(env, QW_FILE_BUFFER, 1);
     f->standard = is_standard(path);
     if (!f->standard) {
         f->target_wide = wide_of(env, path, 0);
-        f->temporary = wide_of(env, path, TEMPORARY_SIZE);
+        f->temporary = wide_of(env, path, QW_TEMPORARY_SIZE);
         require_target(env, f->target_wide, f->name);
         if (!is_device(f->target_wide)) f->target = path;
     }
@@ -236,8 +227,8 @@ static void flush(qw_file *f)
 void qw_file_put(qw_file *f, const void *bytes, size_t size)
 {
     for (const char *at = bytes; size > 0;) {
-        if (f->filled == BUFFER_SIZE) flush(f);
-        size_t room = BUFFER_SIZE - f->filled, n = size < room ? size : room;
+        if (f->filled == QW_FILE_BUFFER) flush(f);
+        size_t room = QW_FILE_BUFFER - f->filled, n = size < room ? size : room;
         memcpy(f->buffer + f->filled, at, n);
         f->filled += n;
         at += n, size -= n;

@@ -29,7 +29,7 @@ typedef struct edge_search {
     const qw_outlines *of;
     const uint32_t *place; /* uint32_t[vertices]: ends of edges are told by it; NULL: by the vertices */
     const uint8_t *only;
-    qw_sides_differ *differ;
+    qw_is_outline *differ;
     const void *user;
     uint32_t *edge, edges;
     size_t capacity;
@@ -130,7 +130,7 @@ static void find_parted(edge_search *s, table *shared, size_t alone)
 }
 
 uint32_t *qw_find_borders(qw_env *env, const qw_outlines *of, const uint32_t *place, const uint8_t *only,
-                          qw_sides_differ *differ, const void *user, uint32_t *edges)
+                          qw_is_outline *differ, const void *user, uint32_t *edges)
 {
     edge_search s = {.env = env, .of = of, .place = place, .only = only, .differ = differ, .user = user};
     size_t alone;

@@ -19,13 +19,13 @@ typedef struct qw_side {
     uint32_t face, low, high;
 } qw_side;
 
-typedef bool qw_sides_differ(const void *user, const qw_side *x, const qw_side *y);
+typedef bool qw_is_outline(const void *user, const qw_side *x, const qw_side *y);
 
 /* uint32_t[*edges][2]: vertices of the edges at which two faces differ, NULL where there is none. Faces that share both
  * vertices are at one edge; a face that shares them with none is at one with another such at the same positions, if
  * there is just one. only: uint8_t[vertex_count]: edges between these; NULL: all. place: as qw_find_places has it, or
  * NULL. In the caller's scope. */
 uint32_t *qw_find_borders(qw_env *env, const qw_outlines *of, const uint32_t *place, const uint8_t *only,
-                          qw_sides_differ *differ, const void *user, uint32_t *edges);
+                          qw_is_outline *differ, const void *user, uint32_t *edges);
 
 #endif

@@ -454,7 +454,6 @@ static const known_set sets[] = {{"color", {"red", "green", "blue", "alpha"}, QW
                                  {"uv", {"s", "t", NULL, NULL}, QW_UVS, 2},
                                  {"uv", {"u", "v", NULL, NULL}, QW_UVS, 2},
                                  {"uv", {"texture_u", "texture_v", NULL, NULL}, QW_UVS, 2}};
-enum { SETS = sizeof sets / sizeof *sets };
 
 static qw_storage storage_of(type t)
 {
@@ -496,7 +495,7 @@ static void add_attribute(ply *p, qw_soup *s, const element *e, const char *name
 
 static void add_sets(ply *p, qw_soup *s, const element *e)
 {
-    for (int i = 0; i < SETS; i++) {
+    for (size_t i = 0; i < sizeof sets / sizeof *sets; i++) {
         property *of[4];
         uint32_t n = 0;
         while (n < 4 && (of[n] = carried_named(p, e, sets[i].of[n])) != NULL) n++;

@@ -68,19 +68,6 @@ static qw_soup keep(qw_env *env, qw_soup soup)
     return soup;
 }
 
-void qw_drop_attributes(qw_env *env, qw_soup *soup)
-{
-    for (uint32_t i = 0; i < soup->attribute_count; i++) {
-        const qw_attribute *a = &soup->attribute[i];
-        qw_free(env, (void *)a->name), qw_free(env, (void *)a->values), qw_free(env, (void *)a->labels);
-        if (a->label_names) qw_free(env, (void *)a->label_names[0]);
-        qw_free(env, (void *)a->label_names), qw_free(env, (void *)a->group);
-    }
-    qw_free(env, soup->attribute), qw_free(env, soup->library);
-    qw_gltf_each_block(env, soup->gltf, qw_free);
-    soup->attribute = NULL, soup->attribute_count = 0, soup->library = NULL, soup->gltf = NULL;
-}
-
 qw_soup qw_read(qw_env *env, const char *path)
 {
     qw_scope_begin(env);

@@ -34,9 +34,6 @@ qw_soup qw_read_memory(qw_env *env, const void *bytes, size_t size, const char *
 qw_soup qw_read_points(qw_env *env, const char *path);
 qw_soup qw_read_points_memory(qw_env *env, const void *bytes, size_t size, const char *name_for_messages);
 
-/* Frees the attributes of a soup, and what else it has beside the surface. */
-void qw_drop_attributes(qw_env *env, qw_soup *soup);
-
 /* Writes through a temporary file beside the target that is renamed at the end: the target is whole or untouched. "-"
    writes standard output. Numbers read back to the same doubles. Binary little-endian PLY with double coordinates.
    QW_FORMAT_AUTO: by the extension, or fails with QW_FORMAT_UNKNOWN; "-" is OBJ. */

@@ -182,11 +182,11 @@ static levels make_levels(qw_env *env, const qw_offset_mesh *m, uint32_t most)
 
 /* Solves the coarsest level and carries the result down; each finer level only has to repair what the coarser one
    could not. */
-static void solve_levels(qw_env *env, levels *l, qw_flow_kind kind, qw_cost_kind cost, qw_regular_counts *counts)
+static void solve_levels(qw_env *env, levels *l, qw_flow_choice kind, qw_cost_kind cost, qw_regular_counts *counts)
 {
     assert(l->count > 0 && kind < QW_FLOW_CLOSED);
     bool exact = kind == QW_FLOW_MCF || kind == QW_FLOW_MCF_MR;
-    qw_flow_kind first = exact ? QW_FLOW_MCF : kind == QW_FLOW_ILP ? QW_FLOW_ILP : QW_FLOW_MF;
+    qw_flow_choice first = exact ? QW_FLOW_MCF : kind == QW_FLOW_ILP ? QW_FLOW_ILP : QW_FLOW_MF;
     bool done = false;
     for (uint32_t i = l->count; i-- > 0;) {
         bool coarsest = i + 1 == l->count;
@@ -200,7 +200,7 @@ static void solve_levels(qw_env *env, levels *l, qw_flow_kind kind, qw_cost_kind
     }
 }
 
-qw_regular_counts qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_kind kind, qw_cost_kind cost)
+qw_regular_counts qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_choice kind, qw_cost_kind cost)
 {
     assert(kind < QW_FLOW_CLOSED);
     qw_regular_counts counts = {0};

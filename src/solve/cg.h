@@ -26,6 +26,9 @@ typedef struct qw_cg_result {
     double fall;     /* of multigrid: what the last iteration took off x . A x - 2 b . x */
 } qw_cg_result;
 
+/* Iterations where nothing else is known: many more than a solve takes that ends well. */
+enum { QW_CG_MOST = 200 };
+
 /* y = A x, over n rows; may use qw_parallel. */
 typedef void (*qw_apply)(void *user, qw_env *env, const double *x, double *y);
 

@@ -20,7 +20,9 @@ static const double SHARE_OPEN = 1.5;
 /* The report says so where there are more quads than this share of those asked for. */
 static const double MOST_OVER = 1.02;
 
-void qw_measure_core(qw_run_state *run)
+/* Sets the census of run->core.mesh, the components that are not small, and the sizes that follow from it. For
+   a state that was read from a dump. */
+static void measure_core(qw_run_state *run)
 {
     qw_core *core = &run->core;
     if (core->mesh.corner == run->clean.mesh.corner) {
@@ -64,7 +66,7 @@ static void set_small_aside(qw_run_state *run, const uint8_t *made, qw_quadmesh 
 {
     run->core.mesh = pick_rest(run->env, &run->clean.mesh, run->clean_census.component, made);
     run->core.small_quads = quads;
-    qw_measure_core(run);
+    measure_core(run);
     qw_log(run->env, QW_LOG_DEBUG, "%u quads made straight away, %lld components left", quads.face_count,
            (long long)run->core.census.components);
 }
@@ -136,7 +138,7 @@ void qw_set_core(qw_run_state *run)
 {
     qw_env *env = run->env;
     run->core = (qw_core){.mesh = run->clean.mesh, .small_quads = qw_join_quads(env, NULL, 0)};
-    qw_measure_core(run);
+    measure_core(run);
     bool is_least = !qw_may_be_thin(run);
     if (!qw_uses(env, is_least ? QW_MECH_SMALL_PARTS : QW_MECH_THIN_PARTS)) return;
     uint32_t n = (uint32_t)run->clean_census.components, count = 0;

@@ -9,9 +9,6 @@
 void qw_set_core(qw_run_state *run);
 /* Whether some of the parts may be too thin for the quads that they get: there are several, but not very many. */
 bool qw_may_be_thin(const qw_run_state *run);
-/* Sets the census of run->core.mesh, the components that are not small, and the sizes that follow from it. For
-   a state that was read from a dump. */
-void qw_measure_core(qw_run_state *run);
 
 /* Of so many quads in all, how many are for the components that are not small. Where there are too few quads
    for all components, the rest gets its share by area, so that small components do not take quads from it. */

@@ -13,30 +13,10 @@ static const double MOST_WHOLE = 1e15;
 /* A vertex is pushed by these shares of the longest side of a quad around it: the first, the last, and the factor
    between two. */
 static const double FIRST_PUSH = 1.0 / (1ll << 40), LAST_PUSH = 1.0 / (1 << 10), PUSH_GROWTH = 8;
-/* Bound of the rounding error of a cross product of two differences of positions, as a share of the squared longest
-   side. */
-static const double CERTAIN = 16 * DBL_EPSILON;
 
 static double rounded(double x, double unit)
 {
     return fabs(x) * unit < MOST_WHOLE ? qw_round_even(x * unit) / unit : x;
-}
-
-static double distance2(const double *a, const double *b)
-{
-    double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
-    return x * x + y * y + z * z;
-}
-
-static double cross2(const double *a, const double *b, const double *c)
-{
-    double sum = 0;
-    for (int k = 0; k < 3; k++) {
-        int i = (k + 1) % 3, j = (k + 2) % 3;
-        double n = (b[i] - a[i]) * (c[j] - a[j]) - (b[j] - a[j]) * (c[i] - a[i]);
-        sum += n * n;
-    }
-    return sum;
 }
 
 /* The power of two that brings coordinates to about 1, so that their products neither overflow nor vanish. */
@@ -58,11 +38,11 @@ static uint32_t flaws_of(const uint32_t *corner, const double *position)
     for (int i = 0; i < 4; i++)
         for (int j = 0; j < i; j++) {
             pairs += p[i][0] == p[j][0] && p[i][1] == p[j][1] && p[i][2] == p[j][2];
-            longest2 = fmax(longest2, distance2(p[i], p[j]));
+            longest2 = fmax(longest2, qw_distance2_doubles(p[i], p[j]));
         }
     if (pairs > 0) return pairs;
-    for (int i = 0; i < 4; i++) most2 = fmax(most2, cross2(p[i], p[(i + 1) % 4], p[(i + 2) % 4]));
-    return !(most2 > CERTAIN * CERTAIN * longest2 * longest2);
+    for (int i = 0; i < 4; i++) most2 = fmax(most2, qw_cross2_doubles(p[i], p[(i + 1) % 4], p[(i + 2) % 4]));
+    return !(most2 > QW_CROSS_CERTAIN * QW_CROSS_CERTAIN * longest2 * longest2);
 }
 
 bool qw_is_degenerate(const uint32_t *corner, const double *position) { return flaws_of(corner, position) > 0; }
@@ -80,8 +60,8 @@ static void flag_short(void *user, uint32_t block, uint32_t begin, uint32_t end)
     double least2 = ROOM / s->unit * (ROOM / s->unit);
     for (uint32_t f = begin; f < end; f++)
         for (uint32_t h = 4 * f; h < 4 * f + 4; h++)
-            s->flag[f] |= distance2(s->position + 3 * (size_t)s->quads->corner[h],
-                                    s->position + 3 * (size_t)s->quads->corner[qw_quad_next(h)]) < least2;
+            s->flag[f] |= qw_distance2_doubles(s->position + 3 * (size_t)s->quads->corner[h],
+                                               s->position + 3 * (size_t)s->quads->corner[qw_quad_next(h)]) < least2;
 }
 
 static void flag_degenerate(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -122,8 +102,8 @@ static uint32_t count_flaws(const settling *s, uint32_t first, double *longest)
         const uint32_t *c = m->corner + 4 * (size_t)(h / 4);
         count += flaws_of(c, s->position);
         for (int i = 0; i < 4; i++)
-            longest2 = fmax(longest2,
-                            distance2(s->position + 3 * (size_t)c[i], s->position + 3 * (size_t)c[(i + 1) % 4]));
+            longest2 = fmax(longest2, qw_distance2_doubles(s->position + 3 * (size_t)c[i],
+                                                           s->position + 3 * (size_t)c[(i + 1) % 4]));
         h = m->twin[qw_quad_prev(h)];
         if (h == first) break;
     }

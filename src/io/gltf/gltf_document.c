@@ -12,7 +12,7 @@
 #define GLB_JSON  0x4e4f534au
 #define GLB_BIN   0x004e4942u
 
-enum { GLB_HEADER = 12, CHUNK_HEADER = 8, MOST_STRIDE = 255 };
+enum { MOST_STRIDE = 255 };
 
 /* Whole numbers in JSON are doubles to many writers. */
 static const uint64_t MOST_WHOLE = UINT64_C(1) << 53;
@@ -229,7 +229,7 @@ bool qw_is_gltf(qw_bytes bytes)
 /* The JSON of a GLB, and its other chunk. */
 static qw_bytes open_glb(qw_gltf_document *d, qw_bytes file)
 {
-    if (file.size < GLB_HEADER)
+    if (file.size < QW_GLB_HEADER)
         qw_fail(d->env, QW_FORMAT_TRUNCATED, -1, "%s: the file ends in the header of GLB", d->name);
     uint32_t version = (uint32_t)qw_fetch_bits(file.at + 4, 4, false);
     uint64_t length = qw_fetch_bits(file.at + 8, 4, false);
@@ -239,13 +239,13 @@ static qw_bytes open_glb(qw_gltf_document *d, qw_bytes file)
         qw_fail(d->env, QW_FORMAT_TRUNCATED, -1,
                 "%s: the header of GLB announces %" PRIu64 " bytes, but the file has %zu", d->name, length, file.size);
     qw_bytes json = {NULL, 0};
-    for (uint64_t at = GLB_HEADER; at + CHUNK_HEADER <= length;) {
+    for (uint64_t at = QW_GLB_HEADER; at + QW_GLB_CHUNK_HEADER <= length;) {
         uint64_t size = qw_fetch_bits(file.at + at, 4, false), kind = qw_fetch_bits(file.at + at + 4, 4, false);
-        at += CHUNK_HEADER;
+        at += QW_GLB_CHUNK_HEADER;
         if (size > length - at)
             qw_fail(d->env, QW_FORMAT_TRUNCATED, (int64_t)at,
                     "%s, byte %" PRIu64 ": a chunk has %" PRIu64 " bytes, but %" PRIu64 " are left", d->name,
-                    at - CHUNK_HEADER, size, length - at);
+                    at - QW_GLB_CHUNK_HEADER, size, length - at);
         if (kind == GLB_JSON && !json.at) json = (qw_bytes){file.at + at, (size_t)size};
         else if (kind == GLB_BIN && !d->chunk.at) d->chunk = (qw_bytes){file.at + at, (size_t)size};
         at += size;

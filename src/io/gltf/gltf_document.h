@@ -26,8 +26,6 @@ typedef struct qw_gltf_view {
     uint32_t stride; /* 0: not given */
 } qw_gltf_view;
 
-enum { QW_GLTF_INT8 = 5120, QW_GLTF_UINT8, QW_GLTF_INT16, QW_GLTF_UINT16, QW_GLTF_UINT32 = 5125, QW_GLTF_FLOAT32 };
-
 typedef struct qw_gltf_accessor {
     uint32_t count, components; /* components: 1, 2, 3, 4, 9 or 16 */
     uint32_t view;              /* QW_NONE: zeros */

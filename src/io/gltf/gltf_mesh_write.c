@@ -4,6 +4,7 @@
  * Polygons are fans of triangles that begin at one corner, and no two that follow one another at the same, so that they
  * can be told apart again (FB_ngon_encoding). */
 #include "base/mesh_view.h"
+#include "base/vec.h"
 #include "io/gltf/gltf_writer.h"
 #include "io/number.h"
 
@@ -14,11 +15,6 @@
 
 enum {
     MOST_SHORT = 65535, /* vertices that 16 bits can name, as the last number is not allowed */
-    SET = 4,            /* joints of one set */
-    TYPE_UINT8 = 5121,
-    TYPE_UINT16 = 5123,
-    TYPE_UINT32 = 5125,
-    TYPE_FLOAT32 = 5126,
     OF_VERTICES = 34962,
     OF_INDICES = 34963
 };
@@ -196,19 +192,11 @@ static void place(const double *map, const double *p, float out[3])
 
 /* ---- no face is degenerate in what is written */
 
-/* Bound of the rounding error of a cross product of two differences, as a share of the squared longer one. */
-static const double CERTAIN = 16 * DBL_EPSILON;
-
 /* Whether three points lie on one line, or at one place. */
 static bool is_flat(const double a[3], const double b[3], const double c[3])
 {
-    double n2 = 0, u2 = 0, v2 = 0;
-    for (int k = 0; k < 3; k++) {
-        int i = (k + 1) % 3, j = (k + 2) % 3;
-        double n = (b[i] - a[i]) * (c[j] - a[j]) - (b[j] - a[j]) * (c[i] - a[i]);
-        n2 += n * n, u2 += (b[k] - a[k]) * (b[k] - a[k]), v2 += (c[k] - a[k]) * (c[k] - a[k]);
-    }
-    return !(n2 > CERTAIN * CERTAIN * fmax(u2, v2) * fmax(u2, v2));
+    double longer2 = fmax(qw_distance2_doubles(a, b), qw_distance2_doubles(a, c));
+    return !(qw_cross2_doubles(a, b, c) > QW_CROSS_CERTAIN * QW_CROSS_CERTAIN * longer2 * longer2);
 }
 
 static bool is_same(const double a[3], const double b[3]) { return a[0] == b[0] && a[1] == b[1] && a[2] == b[2]; }
@@ -289,7 +277,7 @@ static uint32_t put_points(qw_gltf_writer *w, const qw_gltf_object *o, const flo
     end_view(w, begin, OF_VERTICES);
     char more[8 * QW_NUMBER_SIZE];
     put_bounds(more, sizeof more, &b);
-    return put_accessor(w, TYPE_FLOAT32, w->copies - w->first_copy, "VEC3", more);
+    return put_accessor(w, QW_GLTF_FLOAT32, w->copies - w->first_copy, "VEC3", more);
 }
 
 /* By the inverse transposed of the map, of unit length. */
@@ -334,7 +322,7 @@ static void put_stream(qw_gltf_writer *w, const qw_gltf_object *o, const qw_gltf
         }
     }
     end_view(w, begin, OF_VERTICES);
-    uint32_t number = put_accessor(w, TYPE_FLOAT32, w->copies - w->first_copy, type_of(n), "");
+    uint32_t number = put_accessor(w, QW_GLTF_FLOAT32, w->copies - w->first_copy, type_of(n), "");
     qw_pen_text(&w->meshes, ",");
     qw_pen_string(&w->meshes, s->semantic);
     qw_pen_print(&w->meshes, ":%u", number);
@@ -363,14 +351,14 @@ static void put_influences(qw_gltf_writer *w, const qw_gltf_object *o, uint32_t 
     begin_view(w);
     size_t begin = w->bytes.size;
     for (uint32_t i = w->first_copy; i < w->copies; i++)
-        for (uint32_t k = SET * set; k < SET * (set + 1); k++) {
+        for (uint32_t k = QW_GLTF_SET * set; k < QW_GLTF_SET * (set + 1); k++) {
             uint32_t joint;
             float weight = influence(w, o, w->mesh->corners[w->corner[i]], k, &joint);
             if (weights) put_float(&w->bytes, weight);
             else qw_put_bits(&w->bytes, weight > 0 ? joint : 0, size);
         }
     end_view(w, begin, OF_VERTICES);
-    int type = weights ? TYPE_FLOAT32 : size == 1 ? TYPE_UINT8 : TYPE_UINT16;
+    int type = weights ? QW_GLTF_FLOAT32 : size == 1 ? QW_GLTF_UINT8 : QW_GLTF_UINT16;
     uint32_t number = put_accessor(w, type, w->copies - w->first_copy, "VEC4", "");
     qw_pen_print(&w->meshes, ",\"%s_%u\":%u", weights ? "WEIGHTS" : "JOINTS", set, number);
 }
@@ -381,7 +369,7 @@ static void put_attributes(qw_gltf_writer *w, const qw_gltf_object *o)
     qw_pen_print(&w->meshes, "\"attributes\":{\"POSITION\":%u", put_points(w, o, NULL));
     for (uint32_t i = 0; i < w->streams; i++) put_stream(w, o, &w->stream[i]);
     if (w->weights && o && o->joint_count)
-        for (uint32_t set = 0; SET * set < w->weights->components; set++)
+        for (uint32_t set = 0; QW_GLTF_SET * set < w->weights->components; set++)
             put_influences(w, o, set, false), put_influences(w, o, set, true);
     qw_pen_text(&w->meshes, "}");
     uint32_t targets = o ? o->target_count : w->count, written = 0;
@@ -397,7 +385,7 @@ static void put_attributes(qw_gltf_writer *w, const qw_gltf_object *o)
         else /* the animation still counts on it: zeros */
             qw_pen_print(&w->accessors,
                          "{\"componentType\":%d,\"count\":%u,\"type\":\"VEC3\",\"min\":[0,0,0],\"max\":[0,0,0]},",
-                         TYPE_FLOAT32, w->copies - w->first_copy),
+                         QW_GLTF_FLOAT32, w->copies - w->first_copy),
                 w->accessor_count++;
         qw_pen_print(&w->meshes, "{\"POSITION\":%u}", number);
     }
@@ -432,7 +420,7 @@ static uint32_t put_indices(qw_gltf_writer *w, uint32_t from, uint32_t to)
     }
     size_t count = (w->bytes.size - begin) / (size_t)size;
     end_view(w, begin, OF_INDICES);
-    return put_accessor(w, size == 2 ? TYPE_UINT16 : TYPE_UINT32, count, "SCALAR", "");
+    return put_accessor(w, size == 2 ? QW_GLTF_UINT16 : QW_GLTF_UINT32, count, "SCALAR", "");
 }
 
 static int32_t material_of(const qw_gltf_writer *w, uint32_t f)

@@ -4,8 +4,6 @@
 
 #include <string.h>
 
-enum { ALIGNMENT = 4 }; /* bytes, of views in the buffer */
-
 /* Bytes of a GLB, which images become part of. */
 static const uint64_t MOST_IMAGE = UINT32_MAX;
 
@@ -189,7 +187,7 @@ static void put_images(pass *p)
 
 static void put_view(pass *p, qw_bytes bytes, uint32_t stride)
 {
-    qw_pen_align(&p->bytes, ALIGNMENT, 0);
+    qw_pen_align(&p->bytes, QW_GLTF_ALIGNMENT, 0);
     put_text(p, "{\"buffer\":0,\"byteOffset\":");
     put_whole(p, p->bytes.size);
     put_text(p, ",\"byteLength\":");

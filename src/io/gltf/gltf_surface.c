@@ -12,7 +12,7 @@ enum {
     CHANNEL_JOINTS = -2,
     CHANNEL_WEIGHTS = -3
 };
-enum { TRIANGLES = 4, STRIP = 5, FAN = 6, SET = 4 /* joints of one set */ };
+enum { TRIANGLES = 4, STRIP = 5, FAN = 6 };
 
 /* ---- names */
 
@@ -79,9 +79,9 @@ static meaning meaning_of(const char *name)
     if ((set = set_of(name, "COLOR_")) >= 0) return numbered("color", set, QW_VALUES, 3, 4, 1);
     meaning m = {.channel = CHANNEL_NONE};
     if ((set = set_of(name, "JOINTS_")) >= 0)
-        m = (meaning){.channel = CHANNEL_JOINTS, .set = set, .least = SET, .most = SET};
+        m = (meaning){.channel = CHANNEL_JOINTS, .set = set, .least = QW_GLTF_SET, .most = QW_GLTF_SET};
     if ((set = set_of(name, "WEIGHTS_")) >= 0)
-        m = (meaning){.channel = CHANNEL_WEIGHTS, .set = set, .least = SET, .most = SET};
+        m = (meaning){.channel = CHANNEL_WEIGHTS, .set = set, .least = QW_GLTF_SET, .most = QW_GLTF_SET};
     if (name[0] != '_' || strlen(name) >= MOST_NAME) return m;
     return numbered(is_taken(name + 1) ? name : name + 1, 0, QW_VALUES, 1, QW_MOST_COMPONENTS, 0);
 }
@@ -165,7 +165,7 @@ static void plan_primitive(qw_gltf_surface *s, uint32_t primitive, uint32_t mesh
         if (m.channel != CHANNEL_NONE && (components < m.least || components > m.most))
             qw_gltf_fail(s->d, QW_FORMAT_SYNTAX, QW_GLTF_MESHES, mesh, "its %.40s has %u components", name, components);
         if (m.channel == 0) plan_channel(s, m.name, m.kind, components, m.missing, false);
-        uint32_t influences = SET * (uint32_t)(m.set + 1);
+        uint32_t influences = QW_GLTF_SET * (uint32_t)(m.set + 1);
         if (m.channel <= CHANNEL_JOINTS && influences > s->influences && influences <= QW_MOST_COMPONENTS)
             s->influences = influences;
         qw_free(j->env, name);
@@ -294,10 +294,10 @@ static void take_influences(primitive *p, uint32_t vertex, uint32_t at)
     s->weight = qw_grow(s->d->env, s->weight, &s->weight_capacity, vertex + (size_t)1, n * sizeof *s->weight);
     s->joint = qw_grow(s->d->env, s->joint, &s->joint_capacity, vertex + (size_t)1, n * sizeof *s->joint);
     for (uint32_t k = 0; k < n; k++) {
-        const feed *j = &p->joints[k / SET], *w = &p->weights[k / SET];
+        const feed *j = &p->joints[k / QW_GLTF_SET], *w = &p->weights[k / QW_GLTF_SET];
         bool is_there = j->values && w->values && p->object->joint_count;
-        float weight = is_there ? w->values[SET * (size_t)at + k % SET] : 0,
-              joint = is_there ? j->values[SET * (size_t)at + k % SET] : 0;
+        float weight = is_there ? w->values[QW_GLTF_SET * (size_t)at + k % QW_GLTF_SET] : 0,
+              joint = is_there ? j->values[QW_GLTF_SET * (size_t)at + k % QW_GLTF_SET] : 0;
         if (!(weight >= 0) || !isfinite(weight))
             qw_gltf_fail(s->d, QW_NOT_FINITE, QW_GLTF_MESHES, p->object->mesh,
                          "a weight of vertex %u is below 0 or no number", at);

@@ -5,8 +5,6 @@
 
 #include <string.h>
 
-enum { HEADER = 12, CHUNK_HEADER = 8 }; /* bytes of GLB */
-
 /* ---- the document */
 
 /* The nodes of the file that was read, each object's with its new mesh. mesh: uint32_t[objects]: QW_NONE: nothing is
@@ -114,7 +112,7 @@ static void put_glb(qw_gltf_writer *w, qw_file *file, qw_pen *json)
     qw_pen_text(json, "}]}");
     qw_pen_align(json, QW_GLTF_ALIGNMENT, ' ');
     qw_pen_align(&w->bytes, QW_GLTF_ALIGNMENT, 0);
-    uint64_t total = HEADER + 2 * CHUNK_HEADER + (uint64_t)json->size + w->bytes.size;
+    uint64_t total = QW_GLB_HEADER + 2 * QW_GLB_CHUNK_HEADER + (uint64_t)json->size + w->bytes.size;
     if (total > UINT32_MAX)
         qw_fail(w->env, QW_TOO_LARGE, -1, "the result needs %.0f bytes as GLB, which holds at most 4294967295",
                 (double)total);

@@ -4,7 +4,7 @@
 
 #include "io/gltf/gltf.h"
 
-enum { QW_GLTF_ALIGNMENT = 4, QW_GLTF_SEMANTIC = 136 }; /* bytes: of views and chunks; of the longest name */
+enum { QW_GLTF_SEMANTIC = 136 }; /* bytes of the longest name */
 
 /* An attribute as glTF has it. */
 typedef struct qw_gltf_stream {

@@ -7,7 +7,7 @@
 
 static const float SMOOTH = 0.5f; /* faces whose normals have this cosine, or more, share a normal at a vertex */
 
-double qw_from_srgb(double x)
+static double from_srgb(double x)
 {
     return x <= 0 ? 0 : x >= 1 ? 1 : x <= 0.04045 ? x / 12.92 : qw_pow((x + 0.055) / 1.055, 2.4);
 }
@@ -131,7 +131,7 @@ qw_look qw_begin_look(qw_env *env, const qw_source *source, const qw_attribute *
                  .picture = picture,
                  .plain = qw_plain_material()};
     float *linear = QW_NEW(env, float, 256);
-    for (int i = 0; i < 256; i++) linear[i] = (float)qw_from_srgb(i / 255.0);
+    for (int i = 0; i < 256; i++) linear[i] = (float)from_srgb(i / 255.0);
     l.linear = linear, l.normal = QW_NEW(env, qw_vec3, 3 * (size_t)source->mesh.face_count);
     find_normals(env, &l);
     for (uint32_t i = 0; i < count; i++) take_attribute(&l, &attributes[i]);
@@ -155,7 +155,7 @@ static float texel(const qw_look *l, const qw_picture *p, int64_t x, int64_t y, 
     size_t at = ((size_t)y * p->width + (size_t)x) * 4 + channel;
     if (p->bits == 16) {
         float v = ((const uint16_t *)p->pixels)[at] / 65535.0f;
-        return is_srgb ? (float)qw_from_srgb((double)v) : v;
+        return is_srgb ? (float)from_srgb((double)v) : v;
     }
     uint8_t v = ((const uint8_t *)p->pixels)[at];
     return is_srgb ? l->linear[v] : v / 255.0f;
@@ -276,7 +276,7 @@ static void see_color(const qw_look *l, const qw_material *m, uint32_t triangle,
         for (uint32_t k = 0; k < 3; k++)
             sum += w[k] *
                    l->color->values[l->color->components * qw_element_of(l->source, l->color->domain, triangle, k) + c];
-        color[c] *= l->color_is_srgb ? (float)qw_from_srgb((double)sum) : sum;
+        color[c] *= l->color_is_srgb ? (float)from_srgb((double)sum) : sum;
     }
 }
 

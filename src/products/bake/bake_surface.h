@@ -38,6 +38,5 @@ qw_seen qw_look_at(const qw_look *look, uint32_t triangle, const float weight[3]
 
 /* From a linear value to sRGB and back, 0 to 1. */
 double qw_to_srgb(double linear);
-double qw_from_srgb(double coded);
 
 #endif

@@ -39,8 +39,10 @@ static int side_of(const double normal[3], const qw_wrap_lattice_point *origin, 
     return sign_along(normal, to);
 }
 
-int qw_orient(const qw_wrap_lattice_point *a, const qw_wrap_lattice_point *b, const qw_wrap_lattice_point *c,
-              const qw_wrap_lattice_point *d)
+/* The sign of det(b - a, c - a, d - a): 1 where d is on the side of the triangle abc from which it runs
+ * counter-clockwise, 0 where the four lie in a plane. */
+static int orient(const qw_wrap_lattice_point *a, const qw_wrap_lattice_point *b, const qw_wrap_lattice_point *c,
+                  const qw_wrap_lattice_point *d)
 {
     double normal[3];
     qw_exact_normal(a, b, c, normal);
@@ -108,17 +110,10 @@ static bool segment_meets(const qw_wrap_lattice_point segment[2], const qw_wrap_
     if (from == 0 && to == 0) return flat_segment_meets(longest_axis(normal), segment, triangle);
     int left = 0, right = 0;
     for (int i = 0; i < 3; i++) {
-        int side = qw_orient(&segment[0], &segment[1], &triangle[i], &triangle[(i + 1) % 3]);
+        int side = orient(&segment[0], &segment[1], &triangle[i], &triangle[(i + 1) % 3]);
         left += side > 0, right += side < 0;
     }
     return left == 0 || right == 0;
-}
-
-bool qw_segment_meets(const qw_wrap_lattice_point segment[2], const qw_wrap_lattice_point triangle[3])
-{
-    double normal[3];
-    qw_exact_normal(&triangle[0], &triangle[1], &triangle[2], normal);
-    return segment_meets(segment, triangle, normal);
 }
 
 /* Whether a line of the plane of `a` through one of its edges, seen along the axis, has all of b strictly on the other

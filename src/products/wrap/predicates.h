@@ -19,17 +19,9 @@ static inline bool qw_same_point(const qw_wrap_lattice_point *a, const qw_wrap_l
     return a->at[0] == b->at[0] && a->at[1] == b->at[1] && a->at[2] == b->at[2];
 }
 
-/* The sign of det(b - a, c - a, d - a): 1 where d is on the side of the triangle abc from which it runs
- * counter-clockwise, 0 where the four lie in a plane. */
-int qw_orient(const qw_wrap_lattice_point *a, const qw_wrap_lattice_point *b, const qw_wrap_lattice_point *c,
-              const qw_wrap_lattice_point *d);
-
 /* Cross product (b - a) x (c - a): exact, below 2^52. */
 void qw_exact_normal(const qw_wrap_lattice_point *a, const qw_wrap_lattice_point *b, const qw_wrap_lattice_point *c,
                      double normal[3]);
-
-/* Whether a closed segment and a closed triangle, which has an area, have a point in common. */
-bool qw_segment_meets(const qw_wrap_lattice_point segment[2], const qw_wrap_lattice_point triangle[3]);
 
 /* Whether two triangles of a surface that may not intersect itself have a point in common that they should not have.
  * Their first `shared` corners are the same points of the surface, in this order: 0: they are to be disjoint; 1: to

@@ -1,6 +1,7 @@
 #include "products/wrap/wrap_lattice.h"
 
 #include "base/elementary.h"
+#include "base/vec.h"
 
 #include <assert.h>
 #include <math.h>
@@ -51,13 +52,8 @@ static inline bool axis_parts(const double p[3][3], const double axis[3], const 
     return less(at[0], less(at[1], at[2])) > reach || more(at[0], more(at[1], at[2])) < -reach;
 }
 
-static void cross(const double a[3], const double b[3], double to[3])
-{
-    for (int k = 0; k < 3; k++) to[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
-}
-
 /* By separating axes: those of the box, the triangle's normal, and their products with its edges. */
-bool qw_triangle_meets_box(const double p[3][3], const double centre[3], const double half[3], double slack)
+static bool triangle_meets_box(const double p[3][3], const double centre[3], const double half[3], double slack)
 {
     double q[3][3], edge[3][3], h[3], axis[3];
     for (int k = 0; k < 3; k++) h[k] = half[k] + slack;
@@ -69,12 +65,12 @@ bool qw_triangle_meets_box(const double p[3][3], const double centre[3], const d
     }
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < 3; k++) edge[i][k] = q[(i + 1) % 3][k] - q[i][k];
-    cross(edge[0], edge[1], axis);
+    qw_cross_doubles(edge[0], edge[1], axis);
     if (axis_parts(q, axis, h)) return false;
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < 3; k++) {
             double along[3] = {k == 0, k == 1, k == 2};
-            cross(along, edge[i], axis);
+            qw_cross_doubles(along, edge[i], axis);
             if (axis_parts(q, axis, h)) return false;
         }
     return true;
@@ -109,7 +105,7 @@ static bool each_cell(const qw_wrap_frame *f, const double p[3][3], const uint32
     }
     bool is_one = high[longest] - low[longest] == 1;
     if (is_one && e->met && qw_cell_set_has(e->met, low[0], low[1], low[2])) return true;
-    if (!qw_triangle_meets_box(p, centre, half, SLACK * f->side)) return true;
+    if (!triangle_meets_box(p, centre, half, SLACK * f->side)) return true;
     if (is_one) return e->on(e->user, low);
     uint32_t middle = (low[longest] + high[longest]) / 2, end[3], begin[3];
     memcpy(end, high, sizeof end), memcpy(begin, low, sizeof begin);
@@ -353,7 +349,7 @@ qw_wrap_lattice qw_wrap_lattice_fill(qw_env *env, const qw_wrap_frame *frame, co
 
 /* ---- what can be seen */
 
-bool qw_cell_is_seen(const qw_wrap_lattice *l, const uint32_t at[3])
+static bool cell_is_seen(const qw_wrap_lattice *l, const uint32_t at[3])
 {
     const qw_wrap_frame *f = &l->frame;
     if (qw_cell_set_has(&l->outside, at[0], at[1], at[2])) return false;
@@ -375,7 +371,7 @@ bool qw_point_is_seen(const qw_wrap_lattice *l, const double point[3])
         if (!(cell >= 0 && cell < l->frame.cells[k])) return false;
         at[k] = (uint32_t)cell;
     }
-    return qw_cell_is_seen(l, at);
+    return cell_is_seen(l, at);
 }
 
 typedef struct looking {
@@ -386,7 +382,7 @@ typedef struct looking {
 static bool look(void *user, const uint32_t at[3])
 {
     looking *l = user;
-    if (qw_cell_is_seen(l->lattice, at)) l->seen = 1;
+    if (cell_is_seen(l->lattice, at)) l->seen = 1;
     else l->hidden = 1;
     return !(l->seen && l->hidden);
 }

@@ -46,16 +46,11 @@ qw_wrap_frame qw_wrap_frame_of(qw_env *env, const double low[3], const double hi
 qw_wrap_lattice qw_wrap_lattice_fill(qw_env *env, const qw_wrap_frame *frame, const qw_wrap_triangles *triangles,
                                      bool closes);
 
-/* Whether a cell that is not outside has an outside one beside it, at a face, an edge or a corner. */
-bool qw_cell_is_seen(const qw_wrap_lattice *l, const uint32_t at[3]);
 /* The same of the cell in which a point lies, in units; false outside of the lattice. */
 bool qw_point_is_seen(const qw_wrap_lattice *l, const double point[3]);
 
 /* Whether the cells that a triangle meets are seen: all, some or none. */
 enum { QW_HIDDEN, QW_SEEN, QW_SEEN_PARTLY };
 int qw_triangle_is_seen(const qw_wrap_lattice *l, const double p[3][3]);
-
-/* Whether a triangle and a box have a point in common, or nearly: `slack` is added to the box. */
-bool qw_triangle_meets_box(const double p[3][3], const double centre[3], const double half[3], double slack);
 
 #endif

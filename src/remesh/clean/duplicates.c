@@ -126,15 +126,8 @@ static double area_of(const qw_sheets *s, uint32_t f)
 {
     assert(f < s->face_count);
     const uint32_t *c = s->corner + 3 * (size_t)f;
-    const double *p = s->position + 3 * (size_t)c[0], *q = s->position + 3 * (size_t)c[1],
-                 *r = s->position + 3 * (size_t)c[2];
-    double sum = 0;
-    for (int k = 0; k < 3; k++) {
-        int i = (k + 1) % 3, j = (k + 2) % 3;
-        double n = (q[i] - p[i]) * (r[j] - p[j]) - (q[j] - p[j]) * (r[i] - p[i]);
-        sum += n * n;
-    }
-    return sqrt(sum) / 2;
+    const double *p = s->position;
+    return sqrt(qw_cross2_doubles(p + 3 * (size_t)c[0], p + 3 * (size_t)c[1], p + 3 * (size_t)c[2])) / 2;
 }
 
 /* Calls for each edge: joins its hollow faces (judge false), or tells their flap how many other faces there are (judge

@@ -10,8 +10,7 @@
 #include <string.h>
 
 /* Half a quarter turn: from there on three quads around the tip suit its angle better than four. */
-static const double LEAST_LACK = 0.25 * 3.14159265358979323846;
-static const double TURN = 2 * 3.14159265358979323846;
+static const double LEAST_LACK = 0.25 * QW_PI;
 static const float TIP = 0.125f, AROUND = 1.0f; /* radii, in edges of the quads */
 static const double MOST_AROUND = 0.25;         /* curvature of either sign around, as a share of the tip's */
 static const double MOST_PIECES = 4;            /* vertices that share a tip: the largest lacks so much of it */
@@ -41,7 +40,7 @@ static double lack_at(const tips *t, uint32_t v)
         sum += qw_corner_angle(mesh->position, mesh->corner, h);
         h = qw_around(mesh, h);
     } while (h != t->outgoing[v]);
-    return TURN - sum;
+    return 2 * QW_PI - sum;
 }
 
 /* The angle of a vector to the x axis, y >= 0; its tangent's inverse as a cubic, off by 0.005 radians at most. */
@@ -68,7 +67,7 @@ static bool lacks_little(const tips *t, uint32_t v)
         sum += rough_angle(qw_length(qw_cross(a, b)), qw_dot(a, b)), corners++;
         h = qw_around(mesh, h);
     } while (h != t->outgoing[v]);
-    return (float)TURN - sum < (float)(LEAST_LACK / MOST_PIECES) - ROUGH * (float)corners;
+    return (float)(2 * QW_PI) - sum < (float)(LEAST_LACK / MOST_PIECES) - ROUGH * (float)corners;
 }
 
 static void fill_lacks(void *user, uint32_t block, uint32_t begin, uint32_t end)

@@ -9,6 +9,7 @@
 
 #include <assert.h>
 
+/* Flows across a whole skin of a wrap do not converge in so many, nor need they. */
 enum { MAX_ITERATIONS = 100 };
 #define DUAL_WEIGHT 1.7320508f
 
@@ -36,8 +37,6 @@ static bool has_corner(const diffusion *e, uint32_t f)
            constraint[c[2]] == QW_VERTEX_CORNER;
 }
 
-static const double QUARTER_TURN = QW_PI / 2;
-
 /* The solid angle of three normals (van Oosterom and Strackee 1983), less whole quarter turns: a cross comes back the
    same with or without these, and where normals are so far apart they are no guide. */
 static double curvature_between(qw_vec3 a, qw_vec3 b, qw_vec3 c)
@@ -47,7 +46,7 @@ static double curvature_between(qw_vec3 a, qw_vec3 b, qw_vec3 c)
         double t = volume / sum;
         return 2 * t * (1 - t * t / 3 + t * t * t * t / 5);
     }
-    return qw_remainder(2 * qw_atan2(volume, sum), QUARTER_TURN);
+    return qw_remainder(2 * qw_atan2(volume, sum), QW_PI / 2);
 }
 
 /* Area and curvature of each triangle, and how much flows across its edges: nothing across curves, boundaries and

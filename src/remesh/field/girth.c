@@ -6,10 +6,8 @@
 #include <assert.h>
 #include <math.h>
 
-enum { MAX_ITERATIONS = 200 };
 static const double TOLERANCE = 1e-2;
 #define DUAL_LENGTH 0.57735027f /* of the edge between two equilateral triangles */
-static const double QUARTER_TURN = QW_PI / 2;
 
 typedef struct girth {
     const qw_trimesh *mesh;
@@ -46,7 +44,7 @@ static void measure_block(void *user, uint32_t block, uint32_t begin, uint32_t e
             g->rise[h] = 0;
             if (t == QW_NONE) continue;
             qw_vec3 d = qw_sub(m->position[v], m->position[u]);
-            double turn = qw_remainder(angle_at(g, u, d) - angle_at(g, v, d), QUARTER_TURN);
+            double turn = qw_remainder(angle_at(g, u, d) - angle_at(g, v, d), QW_PI / 2);
             g->rise[h] = (double)DUAL_LENGTH * turn - log_size_of(g, t / 3) + log_size_of(g, f);
             g->diagonal[f] += 1;
         }
@@ -129,7 +127,7 @@ double qw_girth_spread(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *norma
     qw_parallel(env, n, QW_GRAIN, measure_block, &g);
     qw_parallel(env, n, QW_GRAIN, lack_block, &g);
     double *x = QW_NEW_ZERO(env, double, n);
-    qw_cg_solve(env, n, apply, &g, g.diagonal, g.lack, x, TOLERANCE, MAX_ITERATIONS);
+    qw_cg_solve(env, n, apply, &g, g.diagonal, g.lack, x, TOLERANCE, QW_CG_MOST);
     double spread = centre(env, mesh, x);
     find_slopes(env, mesh, x, slope);
     qw_scope_end(env);

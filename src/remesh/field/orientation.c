@@ -391,19 +391,3 @@ qw_vec3 *qw_orientation_field(qw_env *env, const qw_hierarchy *hierarchy, const 
     qw_scope_end(env);
     return o;
 }
-
-double qw_orientation_energy(const qw_level *level, const qw_vec3 *orientation)
-{
-    assert(level->begin && orientation);
-    double energy = 0;
-    for (uint32_t u = 0; u < level->vertex_count; u++)
-        for (uint32_t i = level->begin[u]; i < level->begin[u + 1]; i++) {
-            uint32_t v = level->neighbour[i];
-            qw_match m = qw_match_crosses(orientation[u], level->normal[u], orientation[v], level->normal[v]);
-            qw_vec3 a = qw_axis(orientation[u], level->normal[u], m.ku),
-                    b = qw_axis(orientation[v], level->normal[v], m.kv);
-            double angle = qw_angle_between(a, b);
-            energy += level->weight[i] * angle * angle;
-        }
-    return energy / 2;
-}

@@ -13,9 +13,6 @@
 qw_vec3 *qw_orientation_field(qw_env *env, const qw_hierarchy *hierarchy, const float *turn, qw_vec3 *direction,
                               float follow, const qw_vec3 *asked, uint64_t seed);
 
-/* The energy of Eq. (1): sum over the edges of the squared angle (radians) between the matched axes. */
-double qw_orientation_energy(const qw_level *level, const qw_vec3 *orientation);
-
 /* Normals of vertices on marked edges become those of the faces there weighted by angle: half way between the two sides
    of a crease, however thin the triangles of one of them. */
 void qw_balance_creases(qw_env *env, const qw_trimesh *mesh, qw_vec3 *normal);

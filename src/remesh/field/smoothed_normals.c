@@ -9,7 +9,6 @@
 #include <assert.h>
 #include <string.h>
 
-enum { MAX_ITERATIONS = 200 };
 #define EDGE_WEIGHT 0.57735027
 
 /* Directions to half a degree; the field asks for no more. */
@@ -133,7 +132,7 @@ static void diffuse(qw_env *env, diffusion *d, double radius, const qw_vec3 *fro
     d->mass = find_masses(env, d, radius);
     equations q = {d, from, QW_NEW(env, double, 3 * (size_t)n), QW_NEW(env, double, 3 * (size_t)n), x};
     qw_parallel(env, n, QW_GRAIN, fill_block, &q);
-    qw_cg_solve(env, 3 * n, apply, d, q.diagonal, q.b, x, TOLERANCE, MAX_ITERATIONS);
+    qw_cg_solve(env, 3 * n, apply, d, q.diagonal, q.b, x, TOLERANCE, QW_CG_MOST);
     qw_scope_end(env);
 }
 

@@ -16,29 +16,33 @@ typedef struct side {
     uint32_t end; /* which half of its edge it is */
 } side;
 
-static side side_of(const qw_complex *c, const uint32_t *first, uint32_t h, unsigned axis)
+/* The half-edge along x and along y. */
+static void look_along(const qw_complex *c, const uint32_t *first, uint32_t h, side *x, side *y)
 {
-    uint32_t e = c->edge[h];
-    unsigned k = (axis + c->rot[h]) & 1u; /* of the edge's own frame */
+    uint32_t e = c->edge[h], turned = c->rot[h] & 1u, end = c->side[2 * e] != h;
     qw_int2 steps = qw_steps_along(c, h);
-    side s = {axis ? steps.y : steps.x, first[2 * e + k + 1] - first[2 * e + k], first[2 * e + k], 1, 0};
-    if (c->side[2 * e] != h) s.first += s.count - 1, s.by = -1, s.end = 1;
-    return s;
+    side *of[2] = {x, y};
+    for (unsigned axis = 0; axis < 2; axis++) {
+        int32_t along = axis ? steps.y : steps.x;
+        uint32_t count = (uint32_t)abs(along), at = first[2 * e + (axis ^ turned)];
+        *of[axis] = (side){along, count, end ? at + count - 1 : at, end ? -1 : 1, end};
+    }
 }
 
-static uint32_t place_on(side s, uint32_t i) { return s.first + (uint32_t)(s.by * (int32_t)i); }
+static uint32_t place_on(const side *s, uint32_t i) { return s->first + (uint32_t)(s->by * (int32_t)i); }
 
 /* Links the places of two sides of a triangle between which strips pass: `count` of them, beside the corner where `out`
    begins and `in` ends. They run through the triangle over a length that grows from nothing at the corner to `width`,
    which is put down at the places of the longest side. */
-static void link_around(qw_strip_room *r, side out, side in, bool out_is_longest, double width)
+static void link_around(qw_strip_room *r, const side *out, const side *in, bool out_is_longest, double width)
 {
-    uint32_t count = out_is_longest ? in.count : out.count, a = out.first, b = place_on(in, in.count - 1);
-    uint32_t *a_beyond = r->beyond + out.end, *b_beyond = r->beyond + in.end;
+    uint32_t count = out_is_longest ? in->count : out->count, *beyond = r->beyond;
+    uint32_t a = 2 * out->first + out->end, b = 2 * place_on(in, in->count - 1) + in->end;
+    uint32_t a_by = (uint32_t)(2 * out->by), b_by = (uint32_t)(-2 * in->by);
     double step = width / count, length = step / 2, *to = r->length;
-    for (uint32_t i = 0; i < count; i++, a += (uint32_t)out.by, b -= (uint32_t)in.by, length += step) {
-        a_beyond[2 * a] = 2 * b + in.end, b_beyond[2 * b] = 2 * a + out.end;
-        to[out_is_longest ? a : b] += length;
+    for (uint32_t i = 0; i < count; i++, a += a_by, b += b_by, length += step) {
+        beyond[a] = b, beyond[b] = a;
+        to[(out_is_longest ? a : b) / 2] += length;
     }
 }
 
@@ -46,34 +50,33 @@ static void link_around(qw_strip_room *r, side out, side in, bool out_is_longest
    first corner on. */
 static qw_strip_rows rows_of(const side s[3], unsigned longest)
 {
-    side l = s[longest];
+    const side *l = &s[longest];
     int32_t at = longest == 0 ? 0 : longest == 1 ? s[0].steps : s[0].steps + s[1].steps;
-    if (l.steps >= 0) return (qw_strip_rows){at, l.count, l.first, l.by};
-    return (qw_strip_rows){at + l.steps, l.count, place_on(l, l.count - 1), -l.by};
+    if (l->steps >= 0) return (qw_strip_rows){at, l->count, l->first, l->by};
+    return (qw_strip_rows){at + l->steps, l->count, place_on(l, l->count - 1), -l->by};
 }
 
-/* What crosses the longest side of a triangle leaves it by one of the two others, in order. */
-static void pass_triangle(const qw_complex *c, qw_strip_room *r, uint32_t f, unsigned axis, double double_area)
+/* What crosses the longest side of a triangle leaves it by one of the two others, in order. s: its sides along an axis.
+   Returns the rows, none where the triangle has no area. */
+static qw_strip_rows pass_triangle(qw_strip_room *r, const side s[3], double double_area)
 {
-    side s[3];
-    unsigned longest = 0;
-    for (unsigned i = 0; i < 3; i++) {
-        s[i] = side_of(c, r->first, 3 * f + i, axis);
-        if (s[i].count > s[longest].count) longest = i;
-    }
-    side next = s[(longest + 1) % 3], before = s[(longest + 2) % 3];
-    assert(next.count + before.count == s[longest].count);
-    if (double_area > 0) r->rows[2 * f + axis] = rows_of(s, longest);
-    if (s[longest].count == 0) return;
-    double width = double_area / s[longest].count; /* at the corner opposite, where the triangle is widest */
-    if (before.count > 0) link_around(r, s[longest], before, true, width);
-    if (next.count > 0) link_around(r, next, s[longest], false, width);
+    unsigned longest = s[1].count > s[0].count;
+    if (s[2].count > s[longest].count) longest = 2;
+    const side *most = &s[longest], *next = &s[longest == 2 ? 0 : longest + 1], *before = &s[longest ? longest - 1 : 2];
+    assert(next->count + before->count == most->count);
+    double width = double_area / most->count; /* at the corner opposite, where the triangle is widest */
+    if (before->count > 0) link_around(r, most, before, true, width);
+    if (next->count > 0) link_around(r, next, most, false, width);
+    return double_area > 0 ? rows_of(s, longest) : (qw_strip_rows){0};
 }
 
-static double double_area_of(const qw_complex *c, uint32_t f)
+static void pass_along_axes(const qw_complex *c, qw_strip_room *r, uint32_t f)
 {
-    double area = qw_int2_det(qw_steps_along(c, 3 * f), qw_steps_along(c, 3 * f + 1));
-    return area > 0 ? area : 0;
+    side x[3], y[3];
+    for (unsigned i = 0; i < 3; i++) look_along(c, r->first, 3 * f + i, &x[i], &y[i]);
+    double area = (double)x[0].steps * y[1].steps - (double)x[1].steps * y[0].steps, double_area = area > 0 ? area : 0;
+    r->rows[2 * f] = pass_triangle(r, x, double_area);
+    r->rows[2 * f + 1] = pass_triangle(r, y, double_area);
 }
 
 /* Follows the strip through place i, which has no name yet, from there both ways; names all its places after it. */
@@ -107,8 +110,7 @@ static uint32_t find_strips(qw_env *env, const qw_complex *c, qw_strip_room *r)
         for (uint32_t i = r->first[2 * e]; i < r->first[2 * e + 2] && c->side[2 * e + 1] == QW_NONE; i++)
             r->beyond[2 * i + 1] = QW_NONE;
     memset(r->length, 0, count * sizeof *r->length);
-    for (uint32_t f = 0; f < c->face_count; f++)
-        for (unsigned axis = 0; axis < 2; axis++) pass_triangle(c, r, f, axis, double_area_of(c, f));
+    for (uint32_t f = 0; f < c->face_count; f++) pass_along_axes(c, r, f);
     for (uint32_t i = 0; i < count; i++)
         if (r->strip[i] == QW_NONE) name_strip(r, i);
     return count;
@@ -156,8 +158,7 @@ qw_strip_counts qw_count_strips(qw_env *env, const qw_complex *c, qw_strip_room 
     r->before = qw_grow(env, r->before, &r->before_room, count + 1, sizeof *r->before);
     r->crosses = qw_grow(env, r->crosses, &r->crosses_room, count + 1, sizeof *r->crosses);
     memset(r->face, 0xff, count * sizeof *r->face), memset(r->crosses, 0, count);
-    for (uint32_t f = 0; f < c->face_count; f++)
-        if (double_area_of(c, f) > 0) find_crossings(c, f, r);
+    for (uint32_t f = 0; f < c->face_count; f++) find_crossings(c, f, r);
     qw_strip_counts k = {0};
     for (uint32_t i = 0; i < count; i++) {
         if (r->strip[i] != i || r->length[i] == 0) continue;

@@ -24,7 +24,7 @@ typedef struct qw_strip_rows {
 /* Room to count strips in, zeroed before the first count; for complexes of the same edges. */
 typedef struct qw_strip_room {
     uint32_t *first;     /* uint32_t[2 edges + 1]: see strips.c */
-    qw_strip_rows *rows; /* qw_strip_rows[2 faces]: along x, along y; of those with a positive area */
+    qw_strip_rows *rows; /* qw_strip_rows[2 faces]: along x, along y; none in those without a positive area */
     /* [places]; those of a strip at the lowest of its places, which names it */
     uint32_t *strip;       /* the name */
     uint32_t *beyond;      /* uint32_t[2 places]: where the strip goes on in the triangle of the first half-edge, and of

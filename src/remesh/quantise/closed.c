@@ -135,7 +135,8 @@ static qw_real2 along(const qw_offset_mesh *m, const qw_real2 *d, uint32_t h)
    lengths: slivers say nothing. */
 static const float LEAST_AREA = 1e-3f, NO_AREA = 1e-12f;
 
-float qw_area_share(const qw_offset_mesh *m, const qw_real2 *d, uint32_t f)
+/* The area of triangle f by the offsets d (real, in the edges' frames) over the area by its own edges, m->real. */
+static float area_share(const qw_offset_mesh *m, const qw_real2 *d, uint32_t f)
 {
     assert(f < m->face_count && m->real && d);
     qw_real2 a = along(m, d, 3 * f), b = along(m, d, 3 * f + 1), x = along(m, m->real, 3 * f),
@@ -149,7 +150,7 @@ uint32_t qw_stiffen(const qw_offset_mesh *m, const qw_real2 *closed, float *stif
     assert(closed && stiffness);
     uint32_t squeezed = 0;
     for (uint32_t f = 0; f < m->face_count; f++) {
-        if (qw_area_share(m, closed, f) >= LEAST_SHARE) continue;
+        if (area_share(m, closed, f) >= LEAST_SHARE) continue;
         squeezed++;
         for (uint32_t h = 3 * f; h < 3 * f + 3; h++)
             stiffness[m->edge[h]] = fminf(stiffness[m->edge[h]] * STIFFER, STIFFEST);

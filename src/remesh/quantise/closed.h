@@ -31,9 +31,6 @@ typedef struct qw_closed_counts {
 qw_real2 *qw_closed_offsets(qw_env *env, qw_offset_mesh *m, uint32_t rounds, float give, float *stiffness,
                             qw_closed_counts *counts);
 
-/* The area of triangle f by the offsets d (real, in the edges' frames) over the area by its own edges, m->real. */
-float qw_area_share(const qw_offset_mesh *m, const qw_real2 *d, uint32_t f);
-
 /* Makes the edges of triangles that d squeezes stiffer; returns how many triangles it squeezes. */
 uint32_t qw_stiffen(const qw_offset_mesh *m, const qw_real2 *d, float *stiffness);
 

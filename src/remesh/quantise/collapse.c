@@ -19,7 +19,6 @@ typedef struct qw_collapsed {
 /* Fewest quads around the vertex to which a disc is contracted: with two quads it is a doublet, with fewer there is
    nothing around it. */
 enum { LEAST_VALENCE = 2 };
-static const float HALF_PI = 1.57079632679f;
 
 /* Numbers the vertices that are left from 0, in the order of their first corner. */
 static void number_vertices(qw_env *env, const qw_decimated *s, qw_collapse_finder *r)
@@ -61,7 +60,7 @@ qw_collapse_finder qw_collapse_finder_make(qw_env *env, const qw_decimated *s)
         uint32_t h = c->side[2 * e];
         r.boundary[r.corner[h]] = r.boundary[r.corner[qw_next(h)]] = 1;
     }
-    for (uint32_t v = 0; v < r.vertex_count; v++) r.valence[v] = (int32_t)qw_round_even(angle[v] / HALF_PI);
+    for (uint32_t v = 0; v < r.vertex_count; v++) r.valence[v] = (int32_t)qw_round_even(angle[v] / (float)(QW_PI / 2));
     qw_free(env, angle);
     return r;
 }

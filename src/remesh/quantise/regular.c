@@ -117,7 +117,7 @@ static arcs make_arcs(qw_env *env, const qw_network *net, const qw_complex *c, q
 }
 
 /* Solves the flow problem by the way that the option says. */
-static qw_flow_result solve_once(qw_env *env, const qw_flow_problem *problem, qw_flow_kind kind, arcs *a)
+static qw_flow_result solve_once(qw_env *env, const qw_flow_problem *problem, qw_flow_choice kind, arcs *a)
 {
     if (kind == QW_FLOW_MCF || kind == QW_FLOW_ILP) {
         memset(a->flow, 0, a->count * sizeof *a->flow);
@@ -206,7 +206,7 @@ static void describe_network(const qw_network *net, qw_regular_counts *counts)
 }
 
 /* Solves through the balanced network what the bidirected one has left. */
-static bool solve_balanced(qw_env *env, qw_complex *c, qw_flow_kind kind, qw_cost_kind cost, bool final,
+static bool solve_balanced(qw_env *env, qw_complex *c, qw_flow_choice kind, qw_cost_kind cost, bool final,
                            qw_regular_counts *counts)
 {
     qw_network net = balanced_network(env, c, counts);
@@ -226,7 +226,7 @@ static bool solve_balanced(qw_env *env, qw_complex *c, qw_flow_kind kind, qw_cos
     return result.met == result.wanted;
 }
 
-bool qw_solve_complex(qw_env *env, qw_complex *c, const qw_network *network, qw_flow_kind kind, qw_cost_kind cost,
+bool qw_solve_complex(qw_env *env, qw_complex *c, const qw_network *network, qw_flow_choice kind, qw_cost_kind cost,
                       bool final, int64_t *potential, qw_regular_counts *counts)
 {
     assert(counts && c->d && c->real && c->fixed);

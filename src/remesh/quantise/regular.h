@@ -6,10 +6,6 @@
 #include "quadwright/quadwright.h"
 #include "remesh/quantise/network.h"
 
-/* The option `flow`: Table 4 of the paper, and the way of remesh/quantise/quantise.h, which is none of these solvers'.
- */
-typedef qw_flow_choice qw_flow_kind;
-
 /* Cost of changing a component: 1 a step, Eq. (7); more, the further beyond half a step from the edge itself; or the
    growth of the squared distance from the edge. The first two are the option `cost`. Maximum flow ignores costs. */
 enum { QW_COST_SQUARE = QW_COST_GEOMETRIC + 1 };
@@ -28,7 +24,7 @@ typedef struct qw_regular_counts {
 /* Changes c->d (and c->fixed where components are released); returns whether Eq. (3) then holds everywhere. network:
    the complex's (qw_network_build), or NULL. final: capacities open until it does. potential: as of
    qw_solve_bidirected. */
-bool qw_solve_complex(qw_env *env, qw_complex *c, const qw_network *network, qw_flow_kind kind, qw_cost_kind cost,
+bool qw_solve_complex(qw_env *env, qw_complex *c, const qw_network *network, qw_flow_choice kind, qw_cost_kind cost,
                       bool final, int64_t *potential, qw_regular_counts *counts);
 
 /* Triangles on which Eq. (3) does not hold. */

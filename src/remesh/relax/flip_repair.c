@@ -45,7 +45,7 @@ static const remedy table[] = {
     REMEDY(MEMBRANE_SLIDE, FOR_FLIPPED, 3, QW_MEMBRANE, QW_CORNERS_SLIDE, 0.4f),
     REMEDY(SEARCH_SLIDE, FOR_CORNERS, 2, QW_SEARCH, QW_CORNERS_SLIDE, 0),
 };
-enum { REMEDIES = sizeof table / sizeof *table, PASSES = 2 };
+enum { PASSES = 2 };
 /* Each step may take so many steps of the budget (qw_repair_site), and so many for each quad. */
 enum { BUDGET = 6000, BUDGET_A_QUAD = 4 };
 
@@ -114,7 +114,7 @@ static void run_table(engine *g)
 {
     assert(g->site.tree && g->known && g->failed);
     uint32_t faces = g->site.e.mesh.face_count;
-    for (const remedy *r = table; r < table + REMEDIES; r++) {
+    for (const remedy *r = table; r < table + sizeof table / sizeof *table; r++) {
         uint32_t tried = 0, kept = 0;
         if (!qw_uses(g->site.env, r->mechanism)) continue;
         if (r->freedom == QW_CORNERS_SLIDE && !g->site.all_curves)

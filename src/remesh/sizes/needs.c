@@ -61,7 +61,7 @@ uint32_t *qw_vertex_components(qw_env *env, const qw_trimesh *s, const qw_census
 static float lesser(float a, float b) { return b < a ? b : a; }
 static float greater(float a, float b) { return b > a ? b : a; }
 
-double *qw_extents(qw_env *env, const qw_trimesh *s, const qw_census *census)
+static double *extents(qw_env *env, const qw_trimesh *s, const qw_census *census)
 {
     qw_vec3 *low = QW_NEW(env, qw_vec3, (size_t)census->components),
             *high = QW_NEW(env, qw_vec3, (size_t)census->components);
@@ -115,7 +115,7 @@ static bool is_ridge(const qw_trimesh *s, const uint8_t *needle, uint32_t h)
 
 double qw_total_extent(qw_env *env, const qw_trimesh *s, const qw_census *census)
 {
-    double *extent = qw_extents(env, s, census), sum = 0;
+    double *extent = extents(env, s, census), sum = 0;
     double *ridges = QW_NEW_ZERO(env, double, (size_t)census->components);
     uint8_t *needle = QW_NEW(env, uint8_t, s->face_count);
     qw_parallel(env, s->face_count, QW_GRAIN_LIGHT, find_needles, &(needle_task){s, needle});
@@ -181,7 +181,7 @@ qw_part *qw_list_parts(qw_env *env, const qw_trimesh *s, const qw_census *census
     qw_part *part = QW_NEW_ZERO(env, qw_part, (size_t)census->components);
     int64_t *loops = count_loops(env, s, census), *twice_euler = count_euler(env, s, census);
     double *bend = census->components > 1 ? qw_component_bends(env, s, census) : NULL,
-           *extent = qw_extents(env, s, census);
+           *extent = extents(env, s, census);
     for (int64_t c = 0; c < census->components; c++) {
         part[c].least = loops[c] > 0 ? LEAST_QUADS_OPEN : LEAST_QUADS_CLOSED;
         part[c].is_ball = loops[c] == 0 && twice_euler[c] == 4;

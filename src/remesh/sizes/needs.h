@@ -9,7 +9,6 @@
 /* The least number of quads in which all components keep their topology, and the sum of their lengths: the diagonals of
    their bounding boxes, or of their needles one behind the other. */
 double qw_faces_needed(qw_env *env, const qw_trimesh *surface, const qw_census *census);
-double *qw_extents(qw_env *env, const qw_trimesh *surface, const qw_census *census); /* of each: double[components] */
 double qw_total_extent(qw_env *env, const qw_trimesh *surface, const qw_census *census);
 
 /* Loops that need quads around them: two for each handle, one for each hole except the first of a component. */

@@ -240,7 +240,8 @@ void qw_stage_REGULAR(qw_run_state *run)
         run->stiffening_changes_nothing = counts.inverted > 0 && counts.squeezed < MUCH_SQUEEZED &&
                                           !has_run_away(&run->regular);
     } else {
-        c = qw_make_regular(run->env, &run->regular, (qw_flow_kind)run->options.flow, (qw_cost_kind)run->options.cost);
+        c = qw_make_regular(run->env, &run->regular, (qw_flow_choice)run->options.flow,
+                            (qw_cost_kind)run->options.cost);
     }
     judge_bent_curves(run);
     qw_report_curves(run);
