@@ -5,7 +5,11 @@
 #include <assert.h>
 #include <string.h>
 
-static const double STIFFER = 4; /* a triangle that has been stretched too far */
+static const double STIFFER = 4;       /* a triangle that has been stretched too far */
+static const double LINE_WEIGHT = 4;   /* of an edge that is to lie along a line: the Laplacian's are about 1 */
+static const double MOST_SLOPE = 0.5;  /* of a row that is laid along a line, from end to end */
+static const double LEAST_GAIN = 1e-4; /* of a step that lowers the energy, for another */
+enum { LONG_ROW = 4 };                 /* quads of such a row, at least */
 
 /* ---- the disk */
 
@@ -158,6 +162,13 @@ static void fill_matrix(qw_flat *t, bool equal, const uint8_t *held)
                 if (!held[v[i]] && !held[v[j]]) qw_envelope_add(&t->matrix, v[i], v[j], w);
             }
     }
+    for (uint32_t i = 0; i < t->rim_count && t->line && !equal; i++) {
+        uint32_t v = t->rim[i], w = t->rim_to[i];
+        double weight = t->line[i][0] != 0 || t->line[i][1] != 0 ? LINE_WEIGHT : 0;
+        if (!held[v]) qw_envelope_add(&t->matrix, v, v, weight);
+        if (!held[w]) qw_envelope_add(&t->matrix, w, w, weight);
+        if (!held[v] && !held[w]) qw_envelope_add(&t->matrix, v, w, -weight);
+    }
     for (uint32_t v = 0; v < t->vertex_count; v++)
         if (held[v]) qw_envelope_add(&t->matrix, v, v, 1);
     /* a vertex of degenerate triangles only is tied to nothing: it stays */
@@ -274,7 +285,25 @@ uint32_t qw_flat_stiffen(qw_flat *t, double most)
 
 /* ---- symmetric Dirichlet energy */
 
-/* Sum over the triangles of area (|J|^2 + |J^-1|^2); infinite where one is inverted. gradient: may be NULL. */
+/* Sum of the squares by which edges lead away from the lines that they are to lie along. Adds the gradient, which may
+   be NULL. */
+static double line_energy(const qw_flat *t, const double (*at)[2], double *gradient)
+{
+    double sum = 0;
+    for (uint32_t i = 0; i < t->rim_count && t->line; i++) {
+        const double *a = at[t->rim[i]], *b = at[t->rim_to[i]], *n = t->line[i];
+        double away = n[0] * (b[0] - a[0]) + n[1] * (b[1] - a[1]);
+        sum += LINE_WEIGHT * away * away;
+        for (uint32_t r = 0; r < 2 && gradient; r++) {
+            gradient[r * t->vertex_count + t->rim_to[i]] += 2 * LINE_WEIGHT * away * n[r];
+            gradient[r * t->vertex_count + t->rim[i]] -= 2 * LINE_WEIGHT * away * n[r];
+        }
+    }
+    return sum;
+}
+
+/* Sum over the triangles of area (|J|^2 + |J^-1|^2), and that of lines; infinite where a triangle is inverted.
+   gradient: may be NULL. */
 static double energy_of(const qw_flat *t, const double (*at)[2], double *gradient)
 {
     qw_flat moved = *t;
@@ -299,7 +328,7 @@ static double energy_of(const qw_flat *t, const double (*at)[2], double *gradien
                 gradient[(uint32_t)r * t->vertex_count + t->corner[3 * f + (uint32_t)i]] +=
                     t->area[f] * (p[r][0] * g[i][0] + p[r][1] * g[i][1]);
     }
-    return sum;
+    return sum + line_energy(t, at, gradient);
 }
 
 void qw_flat_lower(qw_env *env, qw_flat *t, uint32_t steps)
@@ -327,7 +356,7 @@ void qw_flat_lower(qw_env *env, qw_flat *t, uint32_t steps)
         memcpy(t->at, moved, n * sizeof *moved);
         double gained = now - next;
         now = energy_of(t, (const double(*)[2])t->at, gradient);
-        if (!(gained > 1e-6 * now)) break;
+        if (!(gained > LEAST_GAIN * now)) break;
         step *= 2;
         qw_heartbeat(env);
     }
@@ -359,15 +388,41 @@ double qw_flat_angle(const qw_flat *t)
     return c4 != 0 || s4 != 0 ? qw_atan2(s4, c4) / 4 : 0;
 }
 
-void qw_flat_box(const qw_flat *t, double angle, double size[2])
+/* Edges of the row on the boundary that begins with edge `at` of a loop begin .. end - 1: up to where the chart has no
+   two corners at a vertex. way: from its first to its last vertex. */
+static uint32_t row_length(const qw_flat *t, const uint8_t *corners, uint32_t at, uint32_t begin, uint32_t end,
+                           double way[2])
 {
-    double c = qw_cos(angle), s = qw_sin(angle);
-    double least[2] = {INFINITY, INFINITY}, most[2] = {-INFINITY, -INFINITY};
-    for (uint32_t i = 0; i < t->rim_count; i++) {
-        const double *p = t->at[t->rim[i]], q[2] = {c * p[0] + s * p[1], c * p[1] - s * p[0]};
-        for (int r = 0; r < 2; r++) least[r] = fmin(least[r], q[r]), most[r] = fmax(most[r], q[r]);
+    const double *from = t->at[t->rim[at]];
+    uint32_t count = 0;
+    for (bool on = true; on; at = at + 1 == end ? begin : at + 1, count++) {
+        for (int r = 0; r < 2; r++) way[r] = t->at[t->rim_to[at]][r] - from[r];
+        on = corners[t->rim_to[at]] == 2;
     }
-    for (int r = 0; r < 2; r++) size[r] = most[r] - least[r];
+    return count;
+}
+
+bool qw_flat_find_lines(qw_env *env, qw_flat *t)
+{
+    uint8_t *corners = QW_NEW_ZERO(env, uint8_t, t->vertex_count); /* up to 3 */
+    double angle = qw_flat_angle(t), c = qw_cos(angle), s = qw_sin(angle), way[2];
+    bool any = false;
+    t->line = qw_alloc_zero(env, t->rim_count, sizeof *t->line);
+    for (uint32_t i = 0; i < t->corner_count; i++) corners[t->vertex[i]] += corners[t->vertex[i]] < 3;
+    for (uint32_t begin = 0, end; begin < t->rim_count; begin = end) {
+        for (end = begin + 1; t->rim_to[end - 1] != t->rim[begin];) end++;
+        for (uint32_t i = begin; i < end; i++) {
+            if (corners[t->rim[i]] == 2) continue;
+            uint32_t count = row_length(t, corners, i, begin, end, way);
+            double x = fabs(c * way[0] + s * way[1]), y = fabs(c * way[1] - s * way[0]);
+            if (count < LONG_ROW || fmin(x, y) > MOST_SLOPE * fmax(x, y)) continue;
+            for (uint32_t at = i; count > 0; count--, at = at + 1 == end ? begin : at + 1)
+                t->line[at][0] = x > y ? -s : c, t->line[at][1] = x > y ? c : s;
+            any = true;
+        }
+    }
+    qw_free(env, corners);
+    return any;
 }
 
 static void scale_by(qw_flat *t, double s)

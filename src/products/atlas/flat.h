@@ -24,6 +24,8 @@ typedef struct qw_flat {
     uint32_t *place;    /* uint32_t[corner_count]: corner of the mesh, corners of the chart's faces in their order */
     uint32_t *vertex;   /* uint32_t[corner_count]: vertex of each of these */
     uint32_t *next;     /* uint32_t[corner_count]: the next corner of the same face, among these */
+    double (*line)[2];  /* double[rim_count][2]: normal of the line that an edge of the boundary is to lie along, or 0;
+                           NULL: none is to */
     qw_envelope matrix; /* Laplacian, with the last triangle's first vertex held */
     uint32_t held;
 } qw_flat;
@@ -46,6 +48,9 @@ uint32_t qw_flat_stiffen(qw_flat *flat, double most);
 /* Lowers the symmetric Dirichlet energy by steps that are Laplacians of its gradient (Kovalsky et al. 2016), each as
    long as lowers it and inverts no triangle. None may be inverted on entry. */
 void qw_flat_lower(qw_env *env, qw_flat *flat, uint32_t steps);
+/* Gives lines to rows of quads on the boundary that run nearly along those of the whole chart: `lower` then lays them
+   along these too. false: there are none. */
+bool qw_flat_find_lines(qw_env *env, qw_flat *flat);
 /* Scales it so that the areas in the plane are those in space, in all. */
 void qw_flat_scale(qw_flat *flat);
 /* Scales a flattening without inverted triangles so that its symmetric Dirichlet energy is least. */
@@ -53,8 +58,6 @@ void qw_flat_scale_best(qw_flat *flat);
 
 /* The angle of the rows: that of the edges, but for quarter turns, in the mean. */
 double qw_flat_angle(const qw_flat *flat);
-/* Width and height, turned back by an angle. */
-void qw_flat_box(const qw_flat *flat, double angle, double size[2]);
 
 typedef struct qw_stretch {
     uint32_t inverted; /* triangles */
