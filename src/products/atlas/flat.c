@@ -6,7 +6,7 @@
 #include <string.h>
 
 static const double STIFFER = 4;       /* a triangle that has been stretched too far */
-static const double LINE_WEIGHT = 4;   /* of an edge that is to lie along a line: the Laplacian's are about 1 */
+static const double LINE_WEIGHT = 16;  /* of an edge that is to lie along a line: the Laplacian's are about 1 */
 static const double MOST_SLOPE = 0.5;  /* of a row that is laid along a line, from end to end */
 static const double LEAST_GAIN = 1e-4; /* of a step that lowers the energy, for another */
 enum { LONG_ROW = 4 };                 /* quads of such a row, at least */

@@ -213,6 +213,45 @@ static void set_path(const maker *k, const path *p, uint8_t is_seam)
     for (uint32_t i = 0; i < p->length; i++) qw_set_seam(k->m, p->seam[i], is_seam);
 }
 
+/* ---- symmetric surfaces */
+
+/* The chart that lies opposite to one, face by face; QW_NONE: there is none. */
+static uint32_t chart_opposite(const maker *k, uint32_t a)
+{
+    const qw_chart *c = &k->made.chart[a];
+    uint32_t found = QW_NONE;
+    for (uint32_t i = 0; i < c->count; i++) {
+        uint32_t h = k->mirror[k->m->begin[c->face[i]]];
+        uint32_t b = h == QW_NONE ? QW_NONE : k->chart_of[k->m->face[h]];
+        if (b == QW_NONE || (i > 0 && b != found)) return QW_NONE;
+        found = b;
+    }
+    return k->made.chart[found].count == c->count ? found : QW_NONE;
+}
+
+/* Whether a join has to be made on the other side too: charts that lie opposite to others. */
+static bool has_opposite(const maker *k, const candidate *c)
+{
+    if (!k->mirror) return false;
+    uint32_t a = chart_opposite(k, c->a), b = chart_opposite(k, c->b);
+    if (a == QW_NONE || b == QW_NONE) return false;
+    return !(a == c->a && b == c->b) && !(a == c->b && b == c->a);
+}
+
+/* Whether a path of two charts that both lie on the plane of symmetry, or opposite to one another, is its own mirror
+   image. */
+static bool is_alike(const maker *k, const candidate *c, const path *p)
+{
+    if (!k->mirror || has_opposite(k, c) || chart_opposite(k, c->a) == QW_NONE || chart_opposite(k, c->b) == QW_NONE)
+        return true;
+    for (uint32_t i = 0; i < p->length; i++) {
+        uint32_t h = k->mirror[p->seam[i]], at = 0;
+        while (at < p->length && p->seam[at] != h && k->m->twin[p->seam[at]] != h) at++;
+        if (h == QW_NONE || at == p->length) return false;
+    }
+    return true;
+}
+
 /* ---- laying flat */
 
 bool qw_covers_once(const maker *k, const qw_flat *t)
@@ -299,7 +338,7 @@ static bool lay_candidate(maker *k, const candidate *c, path *p)
     for (int way = 0; way < 3; way++) {
         *p = seams_of(k, c, way == 0);
         if (way == 2) keep_fitting(k, p);
-        if (p->length != tried && is_worth(k, c, p) && lay_together(k, c, p)) return true;
+        if (p->length != tried && is_worth(k, c, p) && is_alike(k, c, p) && lay_together(k, c, p)) return true;
         tried = p->length;
         qw_free(k->env, p->seam), p->seam = NULL;
     }
@@ -412,29 +451,6 @@ static void join(maker *k, uint32_t a, uint32_t b)
     from->into = a, from->count = 0, from->stamp++;
     for (uint32_t i = 0; i < from->refusals; i++) refuse(k, a, from->refused[i]);
     k->made.joins++;
-}
-
-/* The chart that lies opposite to one, face by face; QW_NONE: there is none. */
-static uint32_t chart_opposite(const maker *k, uint32_t a)
-{
-    const qw_chart *c = &k->made.chart[a];
-    uint32_t found = QW_NONE;
-    for (uint32_t i = 0; i < c->count; i++) {
-        uint32_t h = k->mirror[k->m->begin[c->face[i]]];
-        uint32_t b = h == QW_NONE ? QW_NONE : k->chart_of[k->m->face[h]];
-        if (b == QW_NONE || (i > 0 && b != found)) return QW_NONE;
-        found = b;
-    }
-    return k->made.chart[found].count == c->count ? found : QW_NONE;
-}
-
-/* Whether a join has to be made on the other side too: charts that lie opposite to others. */
-static bool has_opposite(const maker *k, const candidate *c)
-{
-    if (!k->mirror) return false;
-    uint32_t a = chart_opposite(k, c->a), b = chart_opposite(k, c->b);
-    if (a == QW_NONE || b == QW_NONE) return false;
-    return !(a == c->a && b == c->b) && !(a == c->b && b == c->a);
 }
 
 /* The same join on the other side. */
