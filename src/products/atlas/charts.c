@@ -106,22 +106,30 @@ static bool keep_if_fair(maker *k, qw_flat *t)
     return fair;
 }
 
-/* Lowers the energy of a chart, then lays its border along lines; what becomes unfair by that stays as it was, and what
-   covers a point twice before becomes a stub. */
+static void fetch_uv(const maker *k, qw_flat *t)
+{
+    for (uint32_t i = 0; i < t->corner_count; i++) memcpy(t->at[t->vertex[i]], k->made.uv[t->place[i]], sizeof *t->at);
+}
+
+/* Lowers the energy of a chart, then lays rows of its border along the axes: all that nearly are, or where the chart
+   becomes unfair by that, those that are nearer, or none. What covered a point twice before becomes a stub. */
 static void finish_chart(maker *k, qw_chart *c)
 {
+    static const double bulge[] = {0.25, 0.1};
     qw_scope_begin(k->env);
     qw_flat t = qw_flat_of(k->env, k->m, c->face, c->count, k->local);
-    for (uint32_t i = 0; i < t.corner_count; i++) memcpy(t.at[t.vertex[i]], k->made.uv[t.place[i]], sizeof *t.at);
-    bool simple = qw_covers_once(k, &t);
+    fetch_uv(k, &t);
+    bool simple = qw_covers_once(k, &t), done = !simple;
     if (simple) {
-        qw_flat_scale(&t);
+        qw_flat_scale(&t), qw_flat_turn(&t);
         keep_uv(k, &t);
         qw_flat_lower(k->env, &t, LOWER_STEPS);
-        if (keep_if_fair(k, &t) && qw_flat_find_lines(k->env, &t)) {
-            qw_flat_lower(k->env, &t, LOWER_STEPS);
-            keep_if_fair(k, &t);
-        }
+        qw_flat_turn(&t);
+        keep_if_fair(k, &t);
+    }
+    for (uint32_t i = 0; i < sizeof bulge / sizeof *bulge && !done; i++) {
+        fetch_uv(k, &t);
+        done = !qw_flat_straighten(k->env, &t, bulge[i], LOWER_STEPS) || keep_if_fair(k, &t);
     }
     qw_scope_end(k->env);
     if (!simple) lay_stub(k, c);
