@@ -135,14 +135,6 @@ static void finish_chart(maker *k, qw_chart *c)
     if (!simple) lay_stub(k, c);
 }
 
-static void drop_joined(maker *k)
-{
-    uint32_t kept = 0;
-    for (uint32_t a = 0; a < k->made.count; a++)
-        if (k->made.chart[a].into == a) k->made.chart[kept++] = k->made.chart[a];
-    k->made.count = kept;
-}
-
 /* Of the triangles around its first corner. */
 static double face_area(const qw_atlas_mesh *m, uint32_t f)
 {
@@ -174,7 +166,8 @@ static void keep_state(const maker *k, state *s)
 {
     size_t n = k->m->corner_count;
     memcpy(s->uv, k->made.uv, n * sizeof *s->uv), memcpy(s->seam, k->m->seam, n);
-    for (uint32_t a = 0; a < k->made.count; a++) s->stub[k->made.chart[a].face[0]] = k->made.chart[a].is_stub;
+    for (uint32_t a = 0; a < k->made.count; a++)
+        if (k->made.chart[a].count > 0) s->stub[k->made.chart[a].face[0]] = k->made.chart[a].is_stub;
 }
 
 static void add_state(const maker *k, state *s)
@@ -191,12 +184,9 @@ static bool join_more(maker *k, double waste, uint32_t most, state *s)
     uint32_t before = k->made.joins;
     k->bounds.waste = waste, k->joins_left = most;
     qw_join_charts(k);
-    drop_joined(k);
     if (k->made.joins == before) return false;
     add_state(k, s);
     s->waste = waste, s->joins = most - k->joins_left;
-    qw_free(k->env, k->made.chart);
-    take_charts(k);
     return true;
 }
 

@@ -198,14 +198,17 @@ static void keep_fitting(const maker *k, path *p)
 }
 
 /* Whether the charts fit along a path, and the seams that go are worth the room that is lost around what they make. */
-static bool is_worth(const maker *k, const candidate *c, path *p)
+static bool is_worth(maker *k, const candidate *c, path *p)
 {
     const qw_chart *a = &k->made.chart[c->a], *b = &k->made.chart[c->b];
     double size[2], gain = 0, root = sqrt(k->total);
     if (p->length == 0 || align(k, p->seam, p->length, &p->of_b) > MISFIT) return false;
     for (uint32_t i = 0; i < p->length; i++) gain += qw_seam_cost(k, p->seam[i]);
     size_of(k, a, b, &p->of_b, size);
-    return !qw_is_too_long(k, size) && gain * root >= k->bounds.waste * (size[0] * size[1] - a->box - b->box);
+    if (qw_is_too_long(k, size)) return false;
+    bool worth = gain * root >= k->bounds.waste * (size[0] * size[1] - a->box - b->box);
+    k->lacks_worth |= !worth;
+    return worth;
 }
 
 static void set_path(const maker *k, const path *p, uint8_t is_seam)
@@ -335,6 +338,7 @@ static bool lay_together(maker *k, const candidate *c, const path *p)
 static bool lay_candidate(maker *k, const candidate *c, path *p)
 {
     uint32_t tried = 0;
+    k->lacks_worth = false;
     for (int way = 0; way < 3; way++) {
         *p = seams_of(k, c, way == 0);
         if (way == 2) keep_fitting(k, p);
@@ -347,21 +351,36 @@ static bool lay_candidate(maker *k, const candidate *c, path *p)
 
 /* ---- candidates */
 
+static uint32_t chart_now(const maker *k, uint32_t a)
+{
+    while (k->made.chart[a].into != a) a = k->made.chart[a].into;
+    return a;
+}
+
 static bool was_refused(const maker *k, uint32_t a, uint32_t b)
 {
-    for (uint32_t i = 0; i < k->made.chart[a].refusals; i++) {
-        uint32_t c = k->made.chart[a].refused[i];
-        while (k->made.chart[c].into != c) c = k->made.chart[c].into;
-        if (c == b) return true;
-    }
+    for (uint32_t i = 0; i < k->made.chart[a].refusals; i++)
+        if (chart_now(k, k->made.chart[a].refused[i].chart) == b) return true;
     return false;
 }
 
-static void refuse(maker *k, uint32_t a, uint32_t b)
+static void refuse(maker *k, uint32_t a, uint32_t b, uint32_t faces)
 {
     qw_chart *c = &k->made.chart[a];
     c->refused = qw_grow(k->env, c->refused, &c->room, c->refusals + (size_t)1, sizeof *c->refused);
-    c->refused[c->refusals++] = b;
+    c->refused[c->refusals++] = (qw_refusal){b, faces};
+}
+
+/* Refusals of charts that are as they were, and would be no better now. */
+static void keep_refusals(maker *k, uint32_t a)
+{
+    qw_chart *c = &k->made.chart[a];
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < c->refusals; i++) {
+        qw_refusal r = c->refused[i];
+        if (r.faces == c->count + k->made.chart[chart_now(k, r.chart)].count) c->refused[kept++] = r;
+    }
+    c->refusals = kept;
 }
 
 /* Whether the path goes on from a seam to the next: at the vertex between them the same chart lies across, and there,
@@ -449,7 +468,7 @@ static void join(maker *k, uint32_t a, uint32_t b)
     to->count += from->count, to->stamp++;
     measure(k, to);
     from->into = a, from->count = 0, from->stamp++;
-    for (uint32_t i = 0; i < from->refusals; i++) refuse(k, a, from->refused[i]);
+    for (uint32_t i = 0; i < from->refusals; i++) refuse(k, a, from->refused[i].chart, from->refused[i].faces);
     k->made.joins++;
 }
 
@@ -509,10 +528,10 @@ static bool make_join(maker *k, const candidate *c)
 void qw_join_charts(maker *k)
 {
     for (uint32_t a = 0; a < k->made.count; a++) {
-        k->made.chart[a].refusals = 0;
+        keep_refusals(k, a);
         measure(k, &k->made.chart[a]);
     }
-    for (uint32_t a = 0; a < k->made.count; a++) offer_all(k, a);
+    for (uint32_t a = 0; a < k->made.count; a++) offer_all(k, a); /* those that were joined have no faces left */
     while (k->held > 0) {
         candidate c = pop(k);
         if (k->made.chart[c.a].stamp != c.stamp_a || k->made.chart[c.b].stamp != c.stamp_b) continue;
@@ -522,7 +541,7 @@ void qw_join_charts(maker *k)
             offer_all(k, c.a);
             continue;
         }
-        refuse(k, c.a, c.b);
-        refuse(k, c.b, c.a);
+        uint32_t faces = k->lacks_worth ? 0 : k->made.chart[c.a].count + k->made.chart[c.b].count;
+        refuse(k, c.a, c.b, faces), refuse(k, c.b, c.a, faces);
     }
 }

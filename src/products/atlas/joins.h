@@ -4,14 +4,20 @@
 
 #include "products/atlas/flat.h"
 
+/* A chart that another cannot be joined to. */
+typedef struct qw_refusal {
+    uint32_t chart;
+    uint32_t faces; /* of both: as long as they have so many nothing is different; 0: it may be worth it another time */
+} qw_refusal;
+
 typedef struct qw_chart {
     uint32_t *face; /* uint32_t[count] */
     uint32_t count;
-    double perimeter;  /* in space */
-    double box;        /* area of the rectangle around it, along its rows */
-    uint32_t stamp;    /* how often it has changed */
-    uint32_t into;     /* the chart that it was joined to; itself while it is one */
-    uint32_t *refused; /* uint32_t[refusals]: charts that it cannot be joined to */
+    double perimeter;           /* in space */
+    double box;                 /* area of the rectangle around it, along its rows */
+    uint32_t stamp;             /* how often it has changed */
+    uint32_t into;              /* the chart that it was joined to; itself while it is one */
+    struct qw_refusal *refused; /* qw_refusal[refusals] */
     uint32_t refusals;
     size_t room;  /* for refusals */
     bool is_stub; /* a face without an area of its own, laid as a regular polygon */
@@ -48,6 +54,7 @@ typedef struct qw_joiner {
     qw_join_bounds bounds;
     double total;        /* area of the surface */
     uint32_t joins_left; /* so many more are made */
+    bool lacks_worth;    /* the last candidate may be laid flat where room is worth less */
     qw_join_candidate *heap;
     uint32_t held;
     size_t capacity;
