@@ -18,7 +18,8 @@ static const double MOST_LENGTH =
 /* Root of the mean square by which two borders miss one another, of their length: charts whose borders fit worse never
    lie flat together, those that fit so well nearly always do. */
 static const double MISFIT = 0.22, FIT = 0.1;
-static const double LEAST_PART = 0.25; /* of a path that charts are joined along */
+static const double SMALL_CRUMB = 0.005; /* of the surface: where a crumb is so small even sharp edges are folded */
+static const double LEAST_PART = 0.25;   /* of a path that charts are joined along */
 
 typedef qw_join_candidate candidate;
 typedef qw_joiner maker;
@@ -160,6 +161,24 @@ static double align(const maker *k, const uint32_t *seam, uint32_t length, motio
 
 /* ---- the seams of a candidate */
 
+/* Sharp edges are not while crumbs are joined. */
+static bool is_fixed(const maker *k, uint32_t c)
+{
+    return k->m->wall[c] >= (k->bounds.only_crumbs ? QW_WALL_BORDER : QW_WALL_SHARP);
+}
+
+static bool is_crumb(const qw_chart *c) { return c->count < CRUMB; }
+
+/* Whether a path holds a sharp edge, and no chart at it is so small that nobody would keep it by itself. */
+static bool folds_sharply(const maker *k, const candidate *c, const path *p)
+{
+    const qw_chart *a = &k->made.chart[c->a], *b = &k->made.chart[c->b];
+    bool small = (is_crumb(a) && a->box < SMALL_CRUMB * k->total) || (is_crumb(b) && b->box < SMALL_CRUMB * k->total);
+    for (uint32_t i = 0; i < p->length && !small; i++)
+        if (k->m->wall[p->seam[i]]) return true;
+    return false;
+}
+
 /* Seams of a candidate's path; with `all`, all between its charts, which may lie apart: what they make has holes then.
  */
 static path seams_of(const maker *k, const candidate *c, bool all)
@@ -174,7 +193,7 @@ static path seams_of(const maker *k, const candidate *c, bool all)
     const qw_chart *a = &k->made.chart[c->a];
     for (uint32_t i = 0; i < a->count && all; i++)
         for (uint32_t h = m->begin[a->face[i]]; h < m->begin[a->face[i] + 1]; h++) {
-            if (!m->seam[h] || m->wall[h] || k->chart_of[m->face[m->twin[h]]] != c->b) continue;
+            if (!m->seam[h] || is_fixed(k, h) || k->chart_of[m->face[m->twin[h]]] != c->b) continue;
             p.seam = qw_grow(k->env, p.seam, &room, p.length + (size_t)1, sizeof *p.seam);
             p.seam[p.length++] = h;
         }
@@ -342,7 +361,8 @@ static bool lay_candidate(maker *k, const candidate *c, path *p)
     for (int way = 0; way < 3; way++) {
         *p = seams_of(k, c, way == 0);
         if (way == 2) keep_fitting(k, p);
-        if (p->length != tried && is_worth(k, c, p) && is_alike(k, c, p) && lay_together(k, c, p)) return true;
+        bool open = p->length != tried && !folds_sharply(k, c, p) && is_alike(k, c, p);
+        if (open && is_worth(k, c, p) && lay_together(k, c, p)) return true;
         tried = p->length;
         qw_free(k->env, p->seam), p->seam = NULL;
     }
@@ -388,7 +408,7 @@ static void keep_refusals(maker *k, uint32_t a)
 static bool goes_on(const maker *k, uint32_t h, uint32_t next, uint32_t b)
 {
     const qw_atlas_mesh *m = k->m;
-    if (m->twin[next] == QW_NONE || m->wall[next] || k->chart_of[m->face[m->twin[next]]] != b) return false;
+    if (m->twin[next] == QW_NONE || is_fixed(k, next) || k->chart_of[m->face[m->twin[next]]] != b) return false;
     return qw_next_seam(m, m->twin[next]) == m->twin[h];
 }
 
@@ -399,7 +419,7 @@ static void offer(maker *k, uint32_t a, uint32_t h, uint32_t length, double weig
     uint32_t b = k->chart_of[k->m->face[k->m->twin[h]]];
     const qw_chart *ca = &k->made.chart[a], *cb = &k->made.chart[b];
     if (was_refused(k, a, b) || was_refused(k, b, a)) return;
-    if (k->bounds.only_crumbs && ca->count >= CRUMB && cb->count >= CRUMB) return;
+    if (k->bounds.only_crumbs && !is_crumb(ca) && !is_crumb(cb)) return;
     candidate c = {.a = a, .b = b, .stamp_a = ca->stamp, .stamp_b = cb->stamp, .first = h, .length = length};
     c.key = weight / fmin(ca->perimeter, cb->perimeter);
     push(k, c);
@@ -423,7 +443,7 @@ static void offer_loop(maker *k, uint32_t a, uint32_t h)
     } while (h != first);
     h = first;
     do {
-        uint32_t across = m->twin[h] == QW_NONE || m->wall[h] ? QW_NONE : k->chart_of[m->face[m->twin[h]]];
+        uint32_t across = m->twin[h] == QW_NONE || is_fixed(k, h) ? QW_NONE : k->chart_of[m->face[m->twin[h]]];
         if (length > 0 && !(across == b && goes_on(k, last, h, b))) {
             offer(k, a, begin, length, weight);
             length = 0;
@@ -480,7 +500,7 @@ static bool join_opposite(maker *k, const path *p)
     bool good = true;
     for (uint32_t i = 0; i < p->length && good; i++) {
         uint32_t h = other.seam[i] = k->mirror[p->seam[i]];
-        good = h != QW_NONE && k->m->twin[h] != QW_NONE && k->m->seam[h] && !k->m->wall[h];
+        good = h != QW_NONE && k->m->twin[h] != QW_NONE && k->m->seam[h] && !is_fixed(k, h);
         if (!good) break;
         uint32_t a = k->chart_of[k->m->face[h]], b = k->chart_of[k->m->face[k->m->twin[h]]];
         if (i == 0) c.a = a, c.b = b;
