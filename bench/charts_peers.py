@@ -5,8 +5,9 @@ usage: charts_peers.py QUADWRIGHT [-n FACES] [-x FOLDER] [-p PICTURE.png] MESH..
        needs numpy and Debian's blender; -x: where `npm install xatlas-web` was run, else there is no xatlas;
        -p: a page of the atlases, a row for each mesh (needs Debian's python3-pil)
 
-s is what the unwrapping takes: of ours, the whole program without what it takes to make the quads."""
-import pathlib, re, subprocess, sys, tempfile, time
+s is what the unwrapping takes, in seconds of the processor: of ours, the whole program without what it takes to make the
+quads."""
+import pathlib, re, subprocess, sys, tempfile
 import numpy as np
 import charts
 
@@ -25,12 +26,12 @@ for edge in mesh.edges:
     edge.seam = len(ends) > 1
 bmesh.update_edit_mesh(thing.data)
 bpy.ops.mesh.select_all(action='SELECT')
-begin = time.perf_counter()
+begin = time.process_time()
 if way == 'smart':
     bpy.ops.uv.smart_project(island_margin=0.002)
 else:
     bpy.ops.uv.unwrap(method='ANGLE_BASED', margin=0.002)
-print('seconds', time.perf_counter() - begin)
+print('seconds', time.process_time() - begin)
 bpy.ops.object.mode_set(mode='OBJECT')
 bpy.ops.wm.obj_export(filepath=target, export_materials=False, export_normals=False, apply_modifiers=False)
 """
@@ -52,10 +53,10 @@ function unwrap() {
     m.createAtlas();
     const mesh = m.createMesh(place.length / 3, corner.length, false, false);
     m.HEAPU16.set(corner, mesh.indexOffset / 2), m.HEAPF32.set(place, mesh.positionOffset / 4);
-    const begin = process.hrtime.bigint(), failed = m.addMesh();
+    const begin = process.cpuUsage(), failed = m.addMesh();
     if (failed) throw Error('addMesh: ' + failed);
     m.generateAtlas();
-    const took = Number(process.hrtime.bigint() - begin) / 1e9, made = m.getMeshData(mesh.meshId);
+    const took = process.cpuUsage(begin).user / 1e6, made = m.getMeshData(mesh.meshId);
     const index = [...m.HEAPU32.subarray(made.indexOffset / 4, made.indexOffset / 4 + made.newIndexCount)];
     const old = m.HEAPU32.subarray(made.originalIndexOffset / 4, made.originalIndexOffset / 4 + made.newVertexCount);
     const uv = m.HEAPF32.subarray(made.uvOffset / 4, made.uvOffset / 4 + 2 * made.newVertexCount);
@@ -97,9 +98,9 @@ def ours(program, mesh, faces, folder):
     made, state = folder / "quadwright.obj", folder / "state.qws"
     common = ["--faces", faces, "--no-attributes", "-q"]
     subprocess.run([program, mesh, "-o", folder / "quads.obj", "--dump-stage", f"assemble:{state}", *common], check=True)
-    begin = time.perf_counter()
+    begin = charts.spent()
     subprocess.run([program, "--from-stage", state, "-o", made, "--unwrap", *common], check=True)
-    return made, time.perf_counter() - begin
+    return made, charts.spent() - begin
 
 
 def all_of(program, mesh, faces, folder, npm):

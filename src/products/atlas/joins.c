@@ -3,6 +3,7 @@
 #include "base/elementary.h"
 #include "base/vec.h"
 
+#include <assert.h>
 #include <string.h>
 
 enum {
@@ -13,10 +14,10 @@ enum {
     GRID_BITS = 23     /* exact tests see the root of the surface's area as so many bits: finer than what is written */
 };
 static const double STIFFENED = 0.02; /* of the triangles, at most: where more give way, others would in turn */
-static const double MOST_LENGTH =
-    1.2; /* of a chart, in roots of the surface's area: what a square has that is filled to 0.7 */
-/* Root of the mean square by which two borders miss one another, of their length: charts whose borders fit worse never
-   lie flat together, those that fit so well nearly always do. */
+/* Of a chart, in roots of the surface's area: what a square has that is filled to 0.7. */
+static const double MOST_LENGTH = 1.2;
+/* Root of the mean square by which two borders miss one another, of their length: charts whose borders fit worse hardly
+   ever lie flat together, those that fit so well nearly always do. */
 static const double MISFIT = 0.22, FIT = 0.1;
 static const double SMALL_CRUMB = 0.005; /* of the surface: where a crumb is so small even sharp edges are folded */
 static const double LEAST_PART = 0.25;   /* of a path that charts are joined along */
@@ -357,6 +358,7 @@ static bool lay_together(maker *k, const candidate *c, const path *p)
 static bool lay_candidate(maker *k, const candidate *c, path *p)
 {
     uint32_t tried = 0;
+    assert(c->a != c->b && k->made.chart[c->a].into == c->a && k->made.chart[c->b].into == c->b);
     k->lacks_worth = false;
     for (int way = 0; way < 3; way++) {
         *p = seams_of(k, c, way == 0);
@@ -485,6 +487,7 @@ static void join(maker *k, uint32_t a, uint32_t b)
     to->face = qw_resize(k->env, to->face, to->count + (size_t)from->count, sizeof *to->face);
     memcpy(to->face + to->count, from->face, from->count * sizeof *to->face);
     for (uint32_t i = 0; i < from->count; i++) k->chart_of[from->face[i]] = a;
+    assert(to->into == a && from->into == b);
     to->count += from->count, to->stamp++;
     measure(k, to);
     from->into = a, from->count = 0, from->stamp++;
@@ -548,6 +551,7 @@ static bool make_join(maker *k, const candidate *c)
 void qw_join_charts(maker *k)
 {
     for (uint32_t a = 0; a < k->made.count; a++) {
+        if (k->made.chart[a].count == 0) continue;
         keep_refusals(k, a);
         measure(k, &k->made.chart[a]);
     }
