@@ -114,7 +114,7 @@ def all_of(program, mesh, faces, folder, npm):
         yield "xatlas", made, seconds(["node", "-e", XATLAS, "x", folder / "quadwright.obj", made], cwd=npm)
 
 
-def drawn(path, size=500):
+def drawn(path, size=360):
     from PIL import Image, ImageDraw
     _, coords, corners, texels = charts.load(path)
     chart, *_ = charts.cut(coords, corners, texels)
