@@ -5,7 +5,10 @@
 #include <assert.h>
 #include <string.h>
 
-static const double STIFFER = 4; /* a triangle that has been stretched too far */
+static const double STIFFER = 4;       /* a triangle that has been stretched too far */
+static const double LINE_WEIGHT = 1e3; /* of an edge that is to lie along an axis: the Laplacian's are about 1 */
+static const double LEAST_GAIN = 1e-4; /* of a step that lowers the energy, for another */
+enum { LONG_ROW = 4 };                 /* quads of such a row, at least */
 
 /* ---- the disk */
 
@@ -141,8 +144,9 @@ static void gradients(const double rest[3], double g[3][2])
     g[0][0] = -g[1][0], g[0][1] = -g[1][1] - g[2][1];
 }
 
-/* The stiffness matrix, or with `equal` that of edges of weight 1; the vertices that are held keep their values. */
-static void fill_matrix(qw_flat *t, bool equal, const uint8_t *held)
+/* The stiffness matrix, or with `equal` that of edges of weight 1; the vertices that are held keep their values. along:
+   1, 2: with the ties of edges along that axis. */
+static void fill_matrix(qw_flat *t, bool equal, const uint8_t *held, int along)
 {
     memset(t->matrix.value, 0, t->matrix.begin[t->vertex_count] * sizeof *t->matrix.value);
     for (uint32_t f = 0; f < t->triangle_count; f++) {
@@ -158,6 +162,13 @@ static void fill_matrix(qw_flat *t, bool equal, const uint8_t *held)
                 if (!held[v[i]] && !held[v[j]]) qw_envelope_add(&t->matrix, v[i], v[j], w);
             }
     }
+    for (uint32_t i = 0; i < t->rim_count && t->axis && along; i++) {
+        uint32_t v = t->rim[i], w = t->rim_to[i];
+        if (t->axis[i] != along) continue;
+        if (!held[v]) qw_envelope_add(&t->matrix, v, v, LINE_WEIGHT);
+        if (!held[w]) qw_envelope_add(&t->matrix, w, w, LINE_WEIGHT);
+        if (!held[v] && !held[w]) qw_envelope_add(&t->matrix, v, w, -LINE_WEIGHT);
+    }
     for (uint32_t v = 0; v < t->vertex_count; v++)
         if (held[v]) qw_envelope_add(&t->matrix, v, v, 1);
     /* a vertex of degenerate triangles only is tied to nothing: it stays */
@@ -166,11 +177,11 @@ static void fill_matrix(qw_flat *t, bool equal, const uint8_t *held)
     for (uint32_t v = 0; v < t->vertex_count; v++) qw_envelope_add(&t->matrix, v, v, 1e-12 * mean / t->vertex_count);
 }
 
-static void factor_stiffness(qw_env *env, qw_flat *t)
+static void factor_stiffness(qw_env *env, qw_flat *t, int along)
 {
     uint8_t *held = QW_NEW_ZERO(env, uint8_t, t->vertex_count);
     t->held = t->corner[0], held[t->held] = 1;
-    fill_matrix(t, false, held);
+    fill_matrix(t, false, held, along);
     qw_free(env, held);
     if (!qw_envelope_factor(&t->matrix)) qw_fail(env, QW_INTERNAL, -1, "a chart's stiffness matrix is not definite");
 }
@@ -188,7 +199,7 @@ void qw_flat_on_circle(qw_env *env, qw_flat *t)
         held[t->rim[i]] = 1;
         t->at[t->rim[i]][0] = radius * qw_cos(angle), t->at[t->rim[i]][1] = radius * qw_sin(angle);
     }
-    fill_matrix(t, true, held);
+    fill_matrix(t, true, held, 0);
     if (!qw_envelope_factor(&t->matrix)) qw_fail(env, QW_INTERNAL, -1, "a chart is not connected");
     for (uint32_t v = 0; v < t->vertex_count; v++)
         for (int k = 0; k < 2 && held[v]; k++) b[k * t->vertex_count + v] = t->at[v][k];
@@ -231,7 +242,7 @@ static void singular_values(const double j[2][2], double *s1, double *s2)
 void qw_flat_rigid(qw_env *env, qw_flat *t, uint32_t steps)
 {
     double *b = QW_NEW(env, double, 2 * (size_t)t->vertex_count);
-    factor_stiffness(env, t);
+    factor_stiffness(env, t, 0);
     for (uint32_t step = 0; step < steps; step++) {
         memset(b, 0, 2 * (size_t)t->vertex_count * sizeof *b);
         for (uint32_t f = 0; f < t->triangle_count; f++) {
@@ -274,7 +285,25 @@ uint32_t qw_flat_stiffen(qw_flat *t, double most)
 
 /* ---- symmetric Dirichlet energy */
 
-/* Sum over the triangles of area (|J|^2 + |J^-1|^2); infinite where one is inverted. gradient: may be NULL. */
+/* Sum of the squares by which edges lead away from the axes along which they are to lie. Adds the gradient, which may
+   be NULL. */
+static double line_energy(const qw_flat *t, const double (*at)[2], double *gradient)
+{
+    double sum = 0;
+    for (uint32_t i = 0; i < t->rim_count && t->axis; i++) {
+        if (!t->axis[i]) continue;
+        uint32_t r = t->axis[i] == 1, v = t->rim[i], w = t->rim_to[i]; /* the coordinate that is to be one */
+        double away = at[w][r] - at[v][r];
+        sum += LINE_WEIGHT * away * away;
+        if (!gradient) continue;
+        gradient[r * t->vertex_count + w] += 2 * LINE_WEIGHT * away;
+        gradient[r * t->vertex_count + v] -= 2 * LINE_WEIGHT * away;
+    }
+    return sum;
+}
+
+/* Sum over the triangles of area (|J|^2 + |J^-1|^2), and that of lines; infinite where a triangle is inverted.
+   gradient: may be NULL. */
 static double energy_of(const qw_flat *t, const double (*at)[2], double *gradient)
 {
     qw_flat moved = *t;
@@ -299,7 +328,7 @@ static double energy_of(const qw_flat *t, const double (*at)[2], double *gradien
                 gradient[(uint32_t)r * t->vertex_count + t->corner[3 * f + (uint32_t)i]] +=
                     t->area[f] * (p[r][0] * g[i][0] + p[r][1] * g[i][1]);
     }
-    return sum;
+    return sum + line_energy(t, at, gradient);
 }
 
 void qw_flat_lower(qw_env *env, qw_flat *t, uint32_t steps)
@@ -309,12 +338,19 @@ void qw_flat_lower(qw_env *env, qw_flat *t, uint32_t steps)
     double *d = QW_NEW(env, double, 2 * n), *gradient = QW_NEW(env, double, 2 * n), step = 0.25;
     double(*moved)[2] = qw_alloc(env, n, sizeof *moved);
     for (uint32_t f = 0; f < t->triangle_count; f++) t->stiff[f] = 1;
-    factor_stiffness(env, t);
+    factor_stiffness(env, t, 2);
+    qw_envelope solver[2] = {t->matrix,
+                             t->matrix}; /* of x, whose values are one along edges that lie along y, and of y */
+    if (t->axis) {
+        t->matrix.value = QW_NEW(env, double, t->matrix.begin[n]);
+        factor_stiffness(env, t, 1);
+        solver[1] = t->matrix;
+    }
     double now = energy_of(t, (const double(*)[2])t->at, gradient);
     for (uint32_t i = 0; i < steps && now < INFINITY; i++) {
         double slope = 0, next = now;
         memcpy(d, gradient, 2 * n * sizeof *d);
-        for (int k = 0; k < 2; k++) d[k * n + t->held] = 0, qw_envelope_solve(&t->matrix, d + k * n);
+        for (int k = 0; k < 2; k++) d[k * n + t->held] = 0, qw_envelope_solve(&solver[k], d + k * n);
         for (size_t k = 0; k < 2 * n; k++) slope += d[k] * gradient[k];
         int halvings = 0;
         for (; halvings < MOST_HALVINGS; halvings++, step /= 2) {
@@ -327,7 +363,7 @@ void qw_flat_lower(qw_env *env, qw_flat *t, uint32_t steps)
         memcpy(t->at, moved, n * sizeof *moved);
         double gained = now - next;
         now = energy_of(t, (const double(*)[2])t->at, gradient);
-        if (!(gained > 1e-6 * now)) break;
+        if (!(gained > LEAST_GAIN * now)) break;
         step *= 2;
         qw_heartbeat(env);
     }
@@ -346,7 +382,8 @@ static double flat_area(const qw_flat *t)
     return sum;
 }
 
-double qw_flat_angle(const qw_flat *t)
+/* That of the edges, but for quarter turns, in the mean. */
+static double angle_of_rows(const qw_flat *t)
 {
     double c4 = 0, s4 = 0;
     for (uint32_t i = 0; i < t->corner_count; i++) {
@@ -359,15 +396,76 @@ double qw_flat_angle(const qw_flat *t)
     return c4 != 0 || s4 != 0 ? qw_atan2(s4, c4) / 4 : 0;
 }
 
-void qw_flat_box(const qw_flat *t, double angle, double size[2])
+void qw_flat_turn(qw_flat *t)
 {
-    double c = qw_cos(angle), s = qw_sin(angle);
-    double least[2] = {INFINITY, INFINITY}, most[2] = {-INFINITY, -INFINITY};
-    for (uint32_t i = 0; i < t->rim_count; i++) {
-        const double *p = t->at[t->rim[i]], q[2] = {c * p[0] + s * p[1], c * p[1] - s * p[0]};
-        for (int r = 0; r < 2; r++) least[r] = fmin(least[r], q[r]), most[r] = fmax(most[r], q[r]);
+    double angle = angle_of_rows(t), c = qw_cos(angle), s = qw_sin(angle);
+    for (uint32_t v = 0; v < t->vertex_count; v++) {
+        double x = t->at[v][0], y = t->at[v][1];
+        t->at[v][0] = c * x + s * y, t->at[v][1] = c * y - s * x;
     }
-    for (int r = 0; r < 2; r++) size[r] = most[r] - least[r];
+}
+
+/* A row of quads on the boundary, edges from `first` on of the loop begin .. end - 1: up to where the chart has no two
+   corners at a vertex. */
+typedef struct row {
+    uint32_t first, count, begin, end;
+    double least[2], most[2]; /* coordinates of its vertices */
+    double sum[2];
+} row;
+
+static uint32_t vertex_of_row(const qw_flat *t, const row *w, uint32_t i)
+{
+    return t->rim[w->begin + (w->first - w->begin + i) % (w->end - w->begin)];
+}
+
+/* corners: uint8_t[vertex_count]: of the chart at each, up to 3; two at none of a loop: its row goes around. */
+static row row_at(const qw_flat *t, const uint8_t *corners, uint32_t first, uint32_t begin, uint32_t end)
+{
+    row w = {first, 0, begin, end, {INFINITY, INFINITY}, {-INFINITY, -INFINITY}, {0, 0}};
+    for (bool on = true; on; w.count++) {
+        uint32_t v = vertex_of_row(t, &w, w.count);
+        for (int r = 0; r < 2; r++) {
+            w.least[r] = fmin(w.least[r], t->at[v][r]), w.most[r] = fmax(w.most[r], t->at[v][r]);
+            w.sum[r] += t->at[v][r];
+        }
+        on = w.count == 0 || corners[v] == 2;
+    }
+    w.count--; /* vertices: edges and one */
+    return w;
+}
+
+/* Rows that are long enough and no higher than `bulge` of their length are to lie along an axis; with `exactly` those
+   that are to are moved there, each to the mean of its vertices. Returns how many edges. */
+static uint32_t lay_rows(qw_flat *t, const uint8_t *corners, double bulge, bool exactly)
+{
+    uint32_t edges = 0;
+    for (uint32_t begin = 0, end; begin < t->rim_count; begin = end) {
+        for (end = begin + 1; t->rim_to[end - 1] != t->rim[begin];) end++;
+        for (uint32_t i = begin; i < end; i++) {
+            if (corners[t->rim[i]] == 2 || (exactly && !t->axis[i])) continue;
+            row w = row_at(t, corners, i, begin, end);
+            double size[2] = {w.most[0] - w.least[0], w.most[1] - w.least[1]};
+            uint32_t r = exactly ? t->axis[i] == 1 : size[0] > size[1]; /* the coordinate that is to be one */
+            if (!exactly && (w.count < LONG_ROW || size[r] > bulge * size[!r])) continue;
+            for (uint32_t k = 0; k < w.count && !exactly; k++)
+                t->axis[begin + (i - begin + k) % (end - begin)] = r ? 1 : 2;
+            for (uint32_t k = 0; k <= w.count && exactly; k++)
+                t->at[vertex_of_row(t, &w, k)][r] = w.sum[r] / (w.count + 1);
+            edges += w.count;
+        }
+    }
+    return edges;
+}
+
+bool qw_flat_straighten(qw_env *env, qw_flat *t, double bulge, uint32_t steps)
+{
+    uint8_t *corners = QW_NEW_ZERO(env, uint8_t, t->vertex_count);
+    for (uint32_t i = 0; i < t->corner_count; i++) corners[t->vertex[i]] += corners[t->vertex[i]] < 3;
+    t->axis = QW_NEW_ZERO(env, uint8_t, t->rim_count);
+    bool any = lay_rows(t, corners, bulge, false) > 0;
+    if (any) qw_flat_lower(env, t, steps), lay_rows(t, corners, bulge, true);
+    qw_free(env, corners);
+    return any;
 }
 
 static void scale_by(qw_flat *t, double s)

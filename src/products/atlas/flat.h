@@ -20,10 +20,12 @@ typedef struct qw_flat {
     double (*at)[2];   /* double[vertex_count][2] */
     uint32_t *rim; /* uint32_t[rim_count]: where each edge of the boundary begins: loops one after the other, the chart
                       on their left */
-    uint32_t *rim_to;   /* uint32_t[rim_count]: and where it ends */
-    uint32_t *place;    /* uint32_t[corner_count]: corner of the mesh, corners of the chart's faces in their order */
-    uint32_t *vertex;   /* uint32_t[corner_count]: vertex of each of these */
-    uint32_t *next;     /* uint32_t[corner_count]: the next corner of the same face, among these */
+    uint32_t *rim_to; /* uint32_t[rim_count]: and where it ends */
+    uint32_t *place;  /* uint32_t[corner_count]: corner of the mesh, corners of the chart's faces in their order */
+    uint32_t *vertex; /* uint32_t[corner_count]: vertex of each of these */
+    uint32_t *next;   /* uint32_t[corner_count]: the next corner of the same face, among these */
+    uint8_t *axis; /* uint8_t[rim_count]: 1, 2: where an edge of the boundary is to lie along x, along y; 0: anywhere;
+                      NULL: all are */
     qw_envelope matrix; /* Laplacian, with the last triangle's first vertex held */
     uint32_t held;
 } qw_flat;
@@ -46,15 +48,15 @@ uint32_t qw_flat_stiffen(qw_flat *flat, double most);
 /* Lowers the symmetric Dirichlet energy by steps that are Laplacians of its gradient (Kovalsky et al. 2016), each as
    long as lowers it and inverts no triangle. None may be inverted on entry. */
 void qw_flat_lower(qw_env *env, qw_flat *flat, uint32_t steps);
+/* Turns it so that its rows run along the axes, on the whole. */
+void qw_flat_turn(qw_flat *flat);
+/* Lays rows of quads on the boundary along an axis that are no higher than `bulge` of their length: lowers the energy
+   with them tied to it, then moves what is left. false: there are none. Triangles may be inverted afterwards. */
+bool qw_flat_straighten(qw_env *env, qw_flat *flat, double bulge, uint32_t steps);
 /* Scales it so that the areas in the plane are those in space, in all. */
 void qw_flat_scale(qw_flat *flat);
 /* Scales a flattening without inverted triangles so that its symmetric Dirichlet energy is least. */
 void qw_flat_scale_best(qw_flat *flat);
-
-/* The angle of the rows: that of the edges, but for quarter turns, in the mean. */
-double qw_flat_angle(const qw_flat *flat);
-/* Width and height, turned back by an angle. */
-void qw_flat_box(const qw_flat *flat, double angle, double size[2]);
 
 typedef struct qw_stretch {
     uint32_t inverted; /* triangles */

@@ -25,10 +25,10 @@ qw_atlas_mesh qw_atlas_mesh_of(qw_env *env, const qw_mesh_view *view, const uint
     qw_free(env, edges.sorted), qw_free(env, edges.edge_begin);
     for (uint32_t c = 0; c < m.corner_count; c++) {
         uint32_t t = m.twin[c];
-        m.wall[c] |= t == QW_NONE || (label && label[m.face[c]] != label[m.face[t]]);
+        if (t == QW_NONE || (label && label[m.face[c]] != label[m.face[t]])) m.wall[c] = QW_WALL_BORDER;
         if (hard && c < hard_count && hard[c]) {
-            m.wall[c] = 1;
-            if (t != QW_NONE) m.wall[t] = 1;
+            m.wall[c] |= QW_WALL_SHARP;
+            if (t != QW_NONE) m.wall[t] |= QW_WALL_SHARP;
         }
     }
     return m;
@@ -231,7 +231,7 @@ static bool cut_open(qw_env *env, qw_atlas_mesh *m)
 
 void qw_cut_patches(qw_env *env, qw_atlas_mesh *m)
 {
-    memcpy(m->seam, m->wall, m->corner_count);
+    for (uint32_t c = 0; c < m->corner_count; c++) m->seam[c] = m->wall[c] != 0;
     qw_scope_begin(env);
     riders r = begin_riders(env, m);
     uint8_t *done = QW_NEW_ZERO(env, uint8_t, m->vertex_count);

@@ -8,6 +8,9 @@
 
 #include "base/env.h"
 
+/* Sharp edges may be folded where they bound charts of a few faces. */
+enum qw_wall { QW_WALL_SHARP = 1, QW_WALL_BORDER = 2 };
+
 typedef struct qw_atlas_mesh {
     uint32_t vertex_count, face_count, corner_count;
     const double *position; /* double[vertex_count][3] */
@@ -16,7 +19,7 @@ typedef struct qw_atlas_mesh {
     const uint32_t *corner; /* uint32_t[corner_count]: vertex */
     uint32_t *face;         /* uint32_t[corner_count]: polygon of each corner */
     uint32_t *twin;         /* uint32_t[corner_count]: half-edge across, or QW_NONE */
-    uint8_t *wall;          /* uint8_t[corner_count]: 1 on edges that stay seams: sharp edges, borders of materials */
+    uint8_t *wall;          /* uint8_t[corner_count]: qw_wall of edges that stay seams, or 0 */
     uint8_t *seam;          /* uint8_t[corner_count]: 1 on seams, both half-edges; boundaries are seams */
 } qw_atlas_mesh;
 
