@@ -300,6 +300,33 @@ static void cavities_are_voids(void **state)
     shape_free(&s);
 }
 
+static uint32_t count_in(const char *path, const char *what)
+{
+    FILE *file = fopen(path, "r");
+    static char line[1 << 16];
+    uint32_t count = 0;
+    while (fgets(line, sizeof line, file)) count += strstr(line, what) != NULL;
+    fclose(file);
+    return count;
+}
+
+/* A frame with two square holes: its fourteen sides are planes, two of them with a loop around each hole. */
+static void planes_are_written(void **state)
+{
+    (void)state;
+    shape s = shape_double_frame(4);
+    qw_options o = asking(600, 0, FIT_TO_LIMIT);
+    qw_context *context = run_of(&s, &o);
+    assert_int_equal(qw_save_patches_from(context, "levels_planes.step", QW_PATCHES_OF_BLOCKS), QW_OK);
+    assert_int_equal(count_in("levels_planes.step", "=PLANE("), 14);
+    assert_int_equal(count_in("levels_planes.step", "=ADVANCED_FACE("), 14);
+    assert_int_equal(count_in("levels_planes.step", "=FACE_OUTER_BOUND("), 14);
+    assert_int_equal(count_in("levels_planes.step", "=FACE_BOUND("), 4);
+    qw_destroy(context);
+    remove("levels_planes.step");
+    shape_free(&s);
+}
+
 /* ---- contexts */
 
 /* In one context, with other threads, and from a dump: the bytes of a fresh run. */
@@ -563,6 +590,7 @@ QW_TEST_SUITE(levels)
         cmocka_unit_test(creases_are_written),
         cmocka_unit_test(patches_are_written),
         cmocka_unit_test(cavities_are_voids),
+        cmocka_unit_test(planes_are_written),
         cmocka_unit_test(bytes_are_those_of_a_fresh_run),
         cmocka_unit_test(levels_share_a_context_and_a_file),
         cmocka_unit_test(levels_keep_what_a_file_looks_like),

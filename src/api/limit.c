@@ -5,6 +5,7 @@
 #include "whole/kept_rims.h"
 #include "products/limit/cage.h"
 #include "products/limit/patch_blocks.h"
+#include "products/limit/patch_planes.h"
 #include "products/limit/patches.h"
 
 #include <string.h>
@@ -70,6 +71,7 @@ static void save_patches(void *user)
     const qw_quadmesh *quads = is_split ? &run->coarse : &run->finished;
     qw_patches patches = qw_make_patches(call->c->env, quads, is_split ? run->coarse_output : run->output);
     if (call->blocks) patches.blocks = qw_join_patches(call->c->env, quads, &patches);
+    if (patches.blocks) patches.planes = qw_find_patch_planes(call->c->env, &patches, patches.blocks);
     qw_file *file = qw_file_begin(call->c->env, call->path);
     qw_put_step(call->c->env, file, &patches);
     qw_file_finish(file);

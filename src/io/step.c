@@ -4,6 +4,7 @@
 #include "io/number.h"
 #include "io/pen.h"
 
+#include <math.h>
 #include <string.h>
 
 enum { FLUSH = 1 << 16, CONTEXT = 15, FIRST = 20 };
@@ -13,9 +14,11 @@ typedef struct step {
     qw_file *file;
     qw_pen pen;
     const qw_patches *p;
-    uint32_t next;                           /* number of the next entity */
-    uint32_t points, vertices, edges, faces; /* numbers of the first of each */
-    uint32_t *item;                          /* uint32_t[shells]: solids and surface models */
+    uint32_t next;                    /* number of the next entity */
+    uint32_t points, vertices, edges; /* numbers of the first of each */
+    uint32_t *face;                   /* uint32_t[blocks, or quads]: numbers; 0: part of another's */
+    uint32_t *bound;                  /* uint32_t[loops of planes] */
+    uint32_t *item;                   /* uint32_t[shells]: solids and surface models */
 } step;
 
 static void flush(step *s, size_t from)
@@ -173,10 +176,70 @@ static void put_block(step *s, uint32_t f)
     put_loop(s, surface, b->side[f], b->is_along[f]);
 }
 
-/* ---- a face a quad */
+static void put_triple(step *s, const char *what, const double x[3])
+{
+    qw_pen_print(&s->pen, "#%u=%s('',(", s->next++, what);
+    for (int k = 0; k < 3; k++) {
+        if (k) qw_pen_text(&s->pen, ",");
+        put_real(s, x[k]);
+    }
+    qw_pen_text(&s->pen, "));\n");
+}
 
-/* Each face has eight entities, of which it is the last. */
-enum { PER_FACE = 8 };
+/* An axis through a point, and any direction across it; the last entity is the placement. */
+static void put_placement(step *s, uint32_t point, const double axis[3])
+{
+    int least = fabs(axis[0]) < fabs(axis[1]) ? 0 : 1;
+    if (fabs(axis[2]) < fabs(axis[least])) least = 2;
+    double x[3];
+    for (int k = 0; k < 3; k++) x[k] = ((k == least) - axis[least] * axis[k]) / sqrt(1 - axis[least] * axis[least]);
+    put_triple(s, "DIRECTION", axis), put_triple(s, "DIRECTION", x);
+    qw_pen_print(&s->pen, "#%u=AXIS2_PLACEMENT_3D('',#%u,#%u,#%u);\n", s->next, point, s->next - 2, s->next - 1);
+    s->next++;
+}
+
+/* One face of all blocks on a plane. */
+static void put_plane(step *s, uint32_t p)
+{
+    const qw_patch_planes *o = s->p->planes;
+    put_placement(s, s->points + s->p->blocks->point[s->p->blocks->first[o->block[p]]], o->normal[p]);
+    uint32_t surface = s->next++;
+    qw_pen_print(&s->pen, "#%u=PLANE('',#%u);\n", surface, surface - 1);
+    for (uint32_t l = o->loop_first[p]; l < o->loop_first[p + 1]; l++) {
+        uint32_t from = s->next;
+        for (uint32_t i = o->side_first[l]; i < o->side_first[l + 1]; i++, flush(s, FLUSH))
+            qw_pen_print(&s->pen, "#%u=ORIENTED_EDGE('',*,*,#%u,%s);\n", s->next++, s->edges + o->side[i] / 2,
+                         o->side[i] % 2 ? ".T." : ".F.");
+        qw_pen_print(&s->pen, "#%u=EDGE_LOOP('',(", s->next);
+        for (uint32_t i = from; i < s->next; i++, flush(s, FLUSH))
+            qw_pen_print(&s->pen, "%s#%u", i > from ? "," : "", i);
+        qw_pen_print(&s->pen, "));\n#%u=%s('',#%u,.T.);\n", s->next + 1,
+                     l == o->outer[p] ? "FACE_OUTER_BOUND" : "FACE_BOUND", s->next);
+        s->bound[l] = s->next + 1, s->next += 2;
+    }
+    qw_pen_print(&s->pen, "#%u=ADVANCED_FACE('',(", s->next++);
+    for (uint32_t l = o->loop_first[p]; l < o->loop_first[p + 1]; l++)
+        qw_pen_print(&s->pen, "%s#%u", l > o->loop_first[p] ? "," : "", s->bound[l]);
+    qw_pen_print(&s->pen, "),#%u,.T.);\n", surface);
+    flush(s, FLUSH);
+}
+
+/* All blocks, those of a plane where its own comes; notes the number of each one's face, or 0. */
+static void put_blocks(step *s)
+{
+    const qw_patch_planes *o = s->p->planes;
+    s->bound = QW_NEW(s->env, uint32_t, o ? o->loop_count : 0);
+    for (uint32_t b = 0; b < s->p->blocks->count; b++) {
+        uint32_t p = o ? o->of_block[b] : QW_NONE;
+        s->face[b] = 0;
+        if (p != QW_NONE && o->block[p] != b) continue;
+        if (p != QW_NONE) put_plane(s, p);
+        else put_block(s, b);
+        s->face[b] = s->next - 1;
+    }
+}
+
+/* ---- a face a quad */
 
 static void put_face(step *s, uint32_t f)
 {
@@ -201,10 +264,13 @@ static void put_shells(step *s)
     qw_sort_u64(by_shell, faces);
     s->item = QW_NEW(s->env, uint32_t, s->p->shell_count);
     for (uint32_t c = 0, i = 0; c < s->p->shell_count; c++) {
+        bool has_one = false;
         qw_pen_print(&s->pen, "#%u=%s('',(", s->next, s->p->is_closed[c] ? "CLOSED_SHELL" : "OPEN_SHELL");
-        for (uint32_t begin = i; i < faces && by_shell[i] >> 32 == c; i++) {
-            uint32_t f = (uint32_t)by_shell[i];
-            qw_pen_print(&s->pen, i > begin ? ",#%u" : "#%u", s->faces + PER_FACE * f + PER_FACE - 1);
+        for (; i < faces && by_shell[i] >> 32 == c; i++) {
+            uint32_t face = s->face[(uint32_t)by_shell[i]];
+            if (face == 0) continue; /* in the face of its plane */
+            qw_pen_print(&s->pen, has_one ? ",#%u" : "#%u", face);
+            has_one = true;
             flush(s, FLUSH);
         }
         qw_pen_text(&s->pen, "));\n");
@@ -257,9 +323,9 @@ void qw_put_step(qw_env *env, qw_file *file, const qw_patches *patches)
     put_points(&s);
     if (patches->blocks) put_long_edges(&s);
     else put_edges(&s);
-    s.faces = s.next;
-    for (uint32_t f = 0; patches->blocks && f < patches->blocks->count; f++) put_block(&s, f);
-    for (uint32_t f = 0; !patches->blocks && f < patches->face_count; f++) put_face(&s, f);
+    s.face = QW_NEW(env, uint32_t, patches->face_count); /* no more blocks than quads */
+    if (patches->blocks) put_blocks(&s);
+    for (uint32_t f = 0; !patches->blocks && f < patches->face_count; f++) put_face(&s, f), s.face[f] = s.next - 1;
     put_shells(&s);
     put_items(&s);
     put_representation(&s);

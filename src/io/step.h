@@ -16,6 +16,18 @@ typedef struct qw_patch_blocks {
     uint32_t *shell; /* uint32_t[count] */
 } qw_patch_blocks;
 
+/* Blocks of one plane as one face with loops. Of loop l the sides are side[side_first[l] .. side_first[l + 1]): 2 e + 1
+   goes along edge e of the blocks, 2 e against it. */
+typedef struct qw_patch_planes {
+    uint32_t count, loop_count;
+    uint32_t *of_block; /* uint32_t[blocks]: the plane that each is part of, or QW_NONE */
+    uint32_t *block;    /* uint32_t[count]: one of its blocks, whose first point lies on it */
+    uint32_t *outer;    /* uint32_t[count]: the loop around it */
+    double (*normal)[3];
+    uint32_t *loop_first; /* uint32_t[count + 1] */
+    uint32_t *side_first, *side;
+} qw_patch_planes;
+
 /* Bezier patches over quads. Points are shared: the four of an edge by the patches on both of its sides. */
 typedef struct qw_patches {
     uint32_t point_count, vertex_count, edge_count, face_count, shell_count;
@@ -28,6 +40,7 @@ typedef struct qw_patches {
     const uint8_t *is_closed;     /* uint8_t[shell_count] */
     const uint32_t *outer;        /* uint32_t[shell_count]: the shell whose solid this one hollows; QW_NONE: none */
     const qw_patch_blocks *blocks; /* NULL: a face a quad */
+    const qw_patch_planes *planes; /* NULL: each block is a face */
     double tolerance;              /* how far what is said to meet may be apart, in the units of the points */
 } qw_patches;
 
