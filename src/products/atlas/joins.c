@@ -143,7 +143,8 @@ static double align(const maker *k, const uint32_t *seam, uint32_t length, motio
             uint32_t h = seam[i], t = k->m->twin[h];
             const double *a[2] = {k->made.uv[h], k->made.uv[qw_atlas_next(k->m, h)]};
             const double *b[2] = {k->made.uv[qw_atlas_next(k->m, t)], k->made.uv[t]};
-            way += pass ? hypot(a[1][0] - a[0][0], a[1][1] - a[0][1]) : 0;
+            double x = a[1][0] - a[0][0], y = a[1][1] - a[0][1];
+            way += pass ? sqrt(x * x + y * y) : 0;
             for (int e = 0; e < 2; e++) {
                 for (int r = 0; r < 2 && !pass; r++) pa[r] += a[e][r] / (2 * length), pb[r] += b[e][r] / (2 * length);
                 if (!pass) continue;
