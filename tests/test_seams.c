@@ -149,7 +149,7 @@ static qw_look wavy_sphere(qw_env *env)
     source->input = input, source->face = face, source->normal = normal;
     source->bvh = qw_bvh_build(env, &source->mesh), source->corner = QW_NEW(env, uint32_t, 3 * (size_t)faces);
     for (uint32_t h = 0; h < 3 * faces; h++) source->corner[h] = h;
-    const qw_material_list none = {0};
+    static const qw_material_list none = {0}; /* the look keeps it */
     return qw_begin_look(env, source, NULL, 0, false, &none, NULL);
 }
 
