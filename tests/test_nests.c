@@ -187,14 +187,37 @@ static uint32_t count_rings(const qw_mesh_view *q, double most_angle, uint32_t *
 
 enum { DRAWN = 12 };
 
-/* An oval around the socket, on the surface. */
-static void draw_oval(double p[DRAWN][3])
+/* An oval around z on the unit sphere, of this mean angle, longer along x by that share. */
+static void draw_oval(double mean, double longer, double p[DRAWN][3])
 {
     for (int i = 0; i < DRAWN; i++) {
-        double a = 6.283185307179586 * i / DRAWN, angle = 0.3 + 0.06 * cos(2 * a);
+        double a = 6.283185307179586 * i / DRAWN, angle = mean * (1 + longer * cos(2 * a));
         p[i][0] = sin(angle) * cos(a), p[i][1] = sin(angle) * sin(a), p[i][2] = cos(angle);
-        place_on_head(p[i]);
     }
+}
+
+/* A context with the surface, and options to run it with. */
+static qw_context *context_with(const shape *s, int64_t faces, qw_options *options)
+{
+    qw_mesh_view view = shape_view(s);
+    qw_context *context;
+    assert_int_equal(qw_create(NULL, &context), QW_OK);
+    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+    qw_options_init(options);
+    options->faces = faces, options->symmetry = 0;
+    return context;
+}
+
+/* Runs with a loop of so many rings on each side; returns how many there are within the angle. */
+static uint32_t rings_with_loop(qw_context *context, const qw_options *options, double p[DRAWN][3], uint32_t rings,
+                                double most_angle, uint32_t *edges)
+{
+    qw_guide guide = {sizeof guide, QW_GUIDE_LOOP, 1, DRAWN, p[0], rings};
+    qw_mesh_view quads;
+    assert_int_equal(qw_set_guides(context, &guide, 1), QW_OK);
+    if (qw_run(context, options) != QW_OK) fail_msg("%s", qw_message(context));
+    qw_get_mesh(context, &quads);
+    return count_rings(&quads, most_angle, edges);
 }
 
 static void one_guide_gives_rings(void **state)
@@ -202,23 +225,15 @@ static void one_guide_gives_rings(void **state)
     (void)state;
     shape s = shape_sphere(24);
     for (uint32_t v = 0; v < s.vertex_count; v++) place_on_head(s.position + 3 * (size_t)v);
-    qw_mesh_view view = shape_view(&s), quads;
-    qw_context *context;
     double p[DRAWN][3];
-    draw_oval(p);
-    assert_int_equal(qw_create(NULL, &context), QW_OK);
-    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+    draw_oval(0.3, 0.2, p);
+    for (int i = 0; i < DRAWN; i++) place_on_head(p[i]);
     qw_options options;
-    qw_options_init(&options);
+    qw_context *context = context_with(&s, 4000, &options);
     for (int symmetric = 0; symmetric < 2; symmetric++)
         for (uint32_t rings = 2; rings <= 4; rings++) {
-            qw_guide guide = {sizeof guide, QW_GUIDE_LOOP, 1, DRAWN, p[0], rings};
-            uint32_t edges;
-            assert_int_equal(qw_set_guides(context, &guide, 1), QW_OK);
-            options.faces = 4000, options.symmetry = symmetric ? 3 : 0; /* y; none */
-            if (qw_run(context, &options) != QW_OK) fail_msg("%s", qw_message(context));
-            qw_get_mesh(context, &quads);
-            uint32_t found = count_rings(&quads, 1, &edges);
+            options.symmetry = symmetric ? 3 : 0; /* y; none */
+            uint32_t edges, found = rings_with_loop(context, &options, p, rings, 1, &edges);
             printf("%u rings asked for: %u of up to %u edges, %d\n", rings, found, edges, symmetric);
             assert_true(found >= 2 * rings - 1 && edges >= 6);
         }
@@ -230,29 +245,16 @@ static void one_guide_gives_rings(void **state)
 static void ovals_have_rings_inside(void **state)
 {
     (void)state;
-    shape s = shape_sphere(32);
-    qw_mesh_view view = shape_view(&s), quads;
-    qw_context *context;
-    assert_int_equal(qw_create(NULL, &context), QW_OK);
-    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
-    qw_options options;
-    qw_options_init(&options);
-    options.faces = 3000, options.symmetry = 0;
     enum { RINGS = 4 };
-    for (int longer = 0; longer <= 2; longer++)
+    shape s = shape_sphere(32);
+    qw_options options;
+    qw_context *context = context_with(&s, 3000, &options);
+    for (int tenths = 0; tenths <= 2; tenths++)
         for (int wide = 0; wide < 2; wide++) {
-            double p[DRAWN][3], mean = wide ? 0.64 : 0.45, most = mean * (1 + 0.1 * longer);
-            for (int i = 0; i < DRAWN; i++) {
-                double a = 6.283185307179586 * i / DRAWN, angle = mean * (1 + 0.1 * longer * cos(2 * a));
-                p[i][0] = sin(angle) * cos(a), p[i][1] = sin(angle) * sin(a), p[i][2] = cos(angle);
-            }
-            qw_guide guide = {sizeof guide, QW_GUIDE_LOOP, 1, DRAWN, p[0], RINGS};
-            uint32_t edges;
-            assert_int_equal(qw_set_guides(context, &guide, 1), QW_OK);
-            if (qw_run(context, &options) != QW_OK) fail_msg("%s", qw_message(context));
-            qw_get_mesh(context, &quads);
-            uint32_t found = count_rings(&quads, 0.98 * most, &edges);
-            printf("%.2f, longer by %d tenths: %u rings inside\n", mean, longer, found);
+            double p[DRAWN][3], longer = 0.1 * tenths, mean = wide ? 0.64 : 0.45;
+            draw_oval(mean, longer, p);
+            uint32_t edges, found = rings_with_loop(context, &options, p, RINGS, 0.98 * mean * (1 + longer), &edges);
+            printf("%.2f, longer by %d tenths: %u rings inside\n", mean, tenths, found);
             assert_true(found >= RINGS - 1 && edges >= 6);
         }
     qw_destroy(context);
@@ -280,13 +282,10 @@ static void a_socket_gets_rings_by_itself(void **state)
 {
     (void)state;
     shape s = ball_with_socket();
-    qw_mesh_view view = shape_view(&s), quads;
-    qw_context *context;
-    assert_int_equal(qw_create(NULL, &context), QW_OK);
-    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+    qw_mesh_view quads;
     qw_options options;
-    qw_options_init(&options);
-    options.faces = 3000, options.symmetry = 0, options.rings = 1;
+    qw_context *context = context_with(&s, 3000, &options);
+    options.rings = 1;
     if (qw_run(context, &options) != QW_OK) fail_msg("%s", qw_message(context));
     assert_int_equal(qw_get_report(context)->nests, 1);
     qw_get_mesh(context, &quads);

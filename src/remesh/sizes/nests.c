@@ -25,9 +25,6 @@ static const double MOST_RATIO = 2.5;
 /* Where lines get shorter away from the curve, rings are laid until they are as short as this share of it: as many
    quads go around what is left inside, which are that much smaller then. */
 static const double LEAST_RATIO = 0.6;
-/* Edges are small enough for the rings on the side with more room, and on the other if it has nearly as much: the
-   inside of a circle has LEAST_RATIO of what the outside has. */
-static const float NEARLY = 0.4f;
 /* No nest needs more than this many times what it may reach; what a curve encloses lies no farther. */
 static const float FAR = 3;
 static const double TOLERANCE = 1e-4;
@@ -279,8 +276,8 @@ static void fit_nest(nesting *g, uint32_t nest, float *size)
     side_fit fit[QW_SIDES];
     double edge = mean_on_curve(g, nest, size);
     for (int side = 0; side < QW_SIDES; side++) fit[side] = measure(g, nest, side);
-    for (int side = 0; side < QW_SIDES; side++)
-        if (fit[side].width > NEARLY * fit[!side].width)
+    for (int side = 0; side < QW_SIDES; side++) /* a side with half the room that the inside of a circle has counts */
+        if (fit[side].width > 0.5 * (1 - LEAST_RATIO) * fit[!side].width)
             edge = fmin(edge, (double)fit[side].width / (n->rings * mean_row(fit[side].ratio)));
     n->edge = (float)edge;
     for (int side = 0; side < QW_SIDES; side++) {
