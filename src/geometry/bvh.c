@@ -504,8 +504,8 @@ static void search_around(const qw_bvh *bvh, const qw_bvh_query *q, const aim *a
     }
 }
 
-/* The places of the component that is asked for, where it has few faces, else of one of them, from which on the search
-   is bounded. Returns whether that was all. */
+/* Tries the faces of the wanted component: all of them where they are few; else eight, until one is found, whose
+   distance bounds the search of the tree. Returns whether the search is done. */
 static bool search_part(const qw_bvh *bvh, const qw_bvh_query *q, const aim *a, qw_hit *best)
 {
     if (q->wanted >= bvh->parts) return true;

@@ -20,8 +20,7 @@ typedef struct qw_flip_limits {
     float sliver_patch; /* squares of the mean edge: what agrees and is smaller does not count; 0: all counts */
 } qw_flip_limits;
 
-/* What `measure` reports: as a measure that takes a few random points of each face, which misses small bits that agree.
- */
+/* What `measure` reports. A fifth of a face may agree by chance, as others measure at a few random points of each. */
 static const qw_flip_limits QW_FLIP_MEASURED = {0.6f, 1.0f, 0.8f, 0};
 /* What is repaired: by a margin more, as measures that take samples miss small bits of surface that agree, and scans
  * have single triangles that face any way. */

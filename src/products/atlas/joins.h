@@ -1,4 +1,4 @@
-/* Joining charts: pairs of them, the one of which most of the border goes first, along the seams between them. */
+/* Joins pairs of charts along the seams between them. The pair that loses most of its border is joined first. */
 #ifndef QW_PRODUCTS_ATLAS_JOINS_H
 #define QW_PRODUCTS_ATLAS_JOINS_H
 

@@ -39,7 +39,7 @@ typedef struct qw_fold_limits {
 /* Whether the faces of a and b, which run along one line, lie on one another there instead of going on from one
    another. */
 bool qw_fold_back(const qw_sheets *s, uint32_t a, uint32_t b, const qw_fold_limits *limits);
-/* The same of sides between the same vertices that do not have them in common in the file. */
+/* The same for sides that have both vertices in common now and had not in the file. */
 bool qw_stay_apart(const qw_sheets *s, uint32_t a, uint32_t b);
 
 /* Whether the file has both sides between the same vertices. */

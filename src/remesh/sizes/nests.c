@@ -15,7 +15,8 @@ static const double WIDEST = 1 / (2 * QW_PI);
 /* Where a band of the wanted width is no annulus, narrower ones are tried, each by this share. */
 enum { TRIES = 10 };
 /* Near the far rim of a band, above this value, the harmonic function follows its jags. The band is found wider than
-   the rings need by so many edges, and directions are set half an edge beyond them; no others within as many. */
+   the rings need by so many edges, and directions are set half an edge beyond
+   them. From there to those of the middle so many edges at least are free. */
 static const double SMOOTH = 0.9;
 static const float SPARE = 2, BEYOND = 0.5f;
 /* Weights of edges between obtuse triangles are raised to this, so that the function has its extremes on the rims. */
