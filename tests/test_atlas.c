@@ -411,6 +411,26 @@ static void several_tiles(void **state)
     quad_shape_free(&j.shape);
 }
 
+/* Where the size of texels is given charts are no longer than a tile, however long strips of the surface are. */
+static void fit_density(void *user)
+{
+    job *j = user;
+    qw_mesh_view view = quad_shape_view(&j->shape);
+    qw_atlas_mesh mesh = qw_atlas_mesh_of(j->env, &view, NULL, 0, NULL);
+    qw_atlas_options options = {.most_stretch = 1.35,
+                                .pack = {.texels = 128, .margin = 4, .tiles = 2, .scale = 30.0 / 128}};
+    qw_atlas a = qw_make_atlas(j->env, &mesh, &options);
+    assert_true(a.packing.tiles == 2 && a.packing.scale == options.pack.scale);
+    assert_int_equal(count_overlaps(&a, j->shape.face_count), 0);
+}
+static void charts_fit_tiles(void **state)
+{
+    (void)state;
+    job j = {.shape = quad_sheet(24, 12, 1, 1, 0)};
+    protect(fit_density, &j);
+    quad_shape_free(&j.shape);
+}
+
 /* ---- the parts */
 
 static void chance_segments(void *user)
@@ -560,6 +580,7 @@ QW_TEST_SUITE(atlas)
         cmocka_unit_test(blocks_are_rectangles),
         cmocka_unit_test(blocks_that_do_not_fit),
         cmocka_unit_test(several_tiles),
+        cmocka_unit_test(charts_fit_tiles),
         cmocka_unit_test(places_on_a_board),
         cmocka_unit_test(envelope_solves),
         cmocka_unit_test(segments_that_meet),

@@ -302,8 +302,9 @@ def test_files_for_simulation_and_cad(surface, tmp_path):
     quads = remesher.remesh(faces=200, fit_to="limit").quads
     remesher.save_patches(tmp_path / "quads.step")
     remesher.save_patches(tmp_path / "blocks.step", "blocks")
-    patches = [(tmp_path / f"{name}.step").read_text().count("B_SPLINE_SURFACE_WITH_KNOTS") for name in ("quads", "blocks")]
-    assert patches == [len(quads), 6]
+    written = [(tmp_path / f"{name}.step").read_text() for name in ("quads", "blocks")]
+    assert [text.count("ADVANCED_FACE") for text in written] == [len(quads), 6]
+    assert [text.count("B_SPLINE_SURFACE_WITH_KNOTS") for text in written] == [len(quads), 0] and written[1].count("=PLANE(") == 6
     with pytest.raises(ValueError, match="^patches_from: must be quads or blocks"):
         remesher.save_patches(tmp_path / "a.step", "rows")
     with pytest.raises(ValueError, match="^path: the ending of .*fbx"):

@@ -120,7 +120,9 @@ qw_atlas qw_make_atlas(qw_env *env, qw_atlas_mesh *mesh, const qw_atlas_options 
     maker k = {.env = env, .mesh = mesh, .atlas = &atlas};
     judging t = {.k = k, .pack = options->pack, .local = local};
     t.pack.is_untold = true, t.pack.scale = 0, t.pack.enough = FILLED;
-    qw_charts_made made = qw_make_charts(env, mesh, options->most_stretch, options->weight, options->mirror,
+    double margin = (double)options->pack.margin / options->pack.texels,
+           longest = options->pack.scale > 0 ? (1 - margin) / options->pack.scale : INFINITY;
+    qw_charts_made made = qw_make_charts(env, mesh, options->most_stretch, longest, options->weight, options->mirror,
                                          try_packing, &t);
     k.made = &made;
     take_pieces(&k, local);

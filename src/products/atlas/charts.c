@@ -10,6 +10,8 @@ enum {
     LOWER_STEPS = 40, /* where those leave inverted triangles, and at the end */
     LEVELS = 7        /* of what room around charts is worth */
 };
+/* Of a chart, in roots of the surface's area: what a square has that is filled to 0.7. */
+static const double MOST_LENGTH = 1.2;
 static const double MOST_OF_ONE = 3;    /* a triangle may be stretched so much more than the mean of its chart */
 static const double MOST_OF_CRUMBS = 8; /* the same where a crumb is joined to a chart */
 static const double FIRST_WASTE = 32;   /* of the levels: each next one has half of that */
@@ -272,8 +274,8 @@ static void join_at_levels(maker *k, qw_chart_judge *judge, void *user)
     if (judge) join_crumbs(k);
 }
 
-qw_charts_made qw_make_charts(qw_env *env, qw_atlas_mesh *mesh, double most_stretch, const double *weight,
-                              const uint32_t *mirror, qw_chart_judge *judge, void *user)
+qw_charts_made qw_make_charts(qw_env *env, qw_atlas_mesh *mesh, double most_stretch, double longest,
+                              const double *weight, const uint32_t *mirror, qw_chart_judge *judge, void *user)
 {
     maker k = {.env = env, .m = mesh, .weight = weight, .mirror = mirror};
     k.bounds = (qw_join_bounds){.most_stretch = most_stretch, .most_of_one = MOST_OF_ONE};
@@ -281,6 +283,7 @@ qw_charts_made qw_make_charts(qw_env *env, qw_atlas_mesh *mesh, double most_stre
     k.local = QW_NEW(env, uint32_t, mesh->corner_count);
     qw_cut_patches(env, mesh);
     for (uint32_t f = 0; f < mesh->face_count; f++) k.total += face_area(mesh, f);
+    k.bounds.longest = fmin(MOST_LENGTH * sqrt(k.total), longest);
     mesh->least = 1e-5 * sqrt(k.total); /* some steps of the grid on which coordinates are written */
     lay_patches(&k);
     k.made.patches = k.made.count;

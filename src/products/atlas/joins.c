@@ -14,8 +14,6 @@ enum {
     GRID_BITS = 23     /* exact tests see the root of the surface's area as so many bits: finer than what is written */
 };
 static const double STIFFENED = 0.02; /* of the triangles, at most: where more give way, others would in turn */
-/* Of a chart, in roots of the surface's area: what a square has that is filled to 0.7. */
-static const double MOST_LENGTH = 1.2;
 /* Root of the mean square by which two borders miss one another, of their length: charts whose borders fit worse hardly
    ever lie flat together, those that fit so well nearly always do. */
 static const double MISFIT = 0.22, FIT = 0.1;
@@ -129,10 +127,7 @@ static void size_of(const maker *k, const qw_chart *a, const qw_chart *b, const 
 
 void qw_chart_size(const maker *k, const qw_chart *c, double size[2]) { size_of(k, c, NULL, NULL, size); }
 
-bool qw_is_too_long(const maker *k, const double size[2])
-{
-    return fmax(size[0], size[1]) > MOST_LENGTH * sqrt(k->total);
-}
+bool qw_is_too_long(const maker *k, const double size[2]) { return fmax(size[0], size[1]) > k->bounds.longest; }
 
 /* How chart b is moved so that seams fit those of a, as least squares. Returns by how much they miss one another. */
 static double align(const maker *k, const uint32_t *seam, uint32_t length, motion *of_b)

@@ -34,6 +34,7 @@ typedef struct qw_join_bounds {
     double most_stretch; /* in the mean */
     double most_of_one;  /* a triangle may be stretched so much more than that */
     double waste;     /* in roots of the surface's area, the seams that have to go for all of that area around charts */
+    double longest;   /* side of the rectangle around a chart */
     bool only_crumbs; /* of two charts one has to be a crumb */
 } qw_join_bounds;
 
@@ -68,7 +69,7 @@ double qw_seam_cost(const qw_joiner *joiner, uint32_t c);
 /* The chart's size along its rows, as it lies: double[2]. */
 void qw_chart_size(const qw_joiner *joiner, const qw_chart *chart, double size[2]);
 double qw_chart_perimeter(const qw_joiner *joiner, const qw_chart *chart);
-/* Whether that leaves no room for others in a square. */
+/* Whether that is beyond the bound. */
 bool qw_is_too_long(const qw_joiner *joiner, const double size[2]);
 /* Whether a chart that was laid flat covers no point twice. */
 bool qw_covers_once(const qw_joiner *joiner, const qw_flat *flat);
