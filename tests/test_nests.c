@@ -249,14 +249,15 @@ static void ovals_have_rings_inside(void **state)
     shape s = shape_sphere(32);
     qw_options options;
     qw_context *context = context_with(&s, 3000, &options);
-    for (int tenths = 0; tenths <= 2; tenths++)
-        for (int wide = 0; wide < 2; wide++) {
-            double p[DRAWN][3], longer = 0.1 * tenths, mean = wide ? 0.64 : 0.45;
-            draw_oval(mean, longer, p);
-            uint32_t edges, found = rings_with_loop(context, &options, p, RINGS, 0.98 * mean * (1 + longer), &edges);
-            printf("%.2f, longer by %d tenths: %u rings inside\n", mean, tenths, found);
-            assert_true(found >= RINGS - 1 && edges >= 6);
-        }
+    for (int run = 0; run < 18; run++) {
+        int tenths = run % 3, symmetry = run / 6;
+        double p[DRAWN][3], longer = 0.1 * tenths, mean = run % 6 < 3 ? 0.45 : 0.64;
+        draw_oval(mean, longer, p);
+        options.symmetry = symmetry ? symmetry + 1 : 0; /* none; x, across the longer axis; y, along it */
+        uint32_t edges, found = rings_with_loop(context, &options, p, RINGS, 0.98 * mean * (1 + longer), &edges);
+        printf("%.2f, longer by %d tenths, %d: %u rings inside\n", mean, tenths, symmetry, found);
+        assert_true(found >= RINGS - 1 && edges >= 6);
+    }
     qw_destroy(context);
     shape_free(&s);
 }

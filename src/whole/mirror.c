@@ -290,9 +290,11 @@ static void put_crossing(folding *f, const double *p, double a, const double *q,
     put_point(f, x);
 }
 
+/* 0 for points in the plane, from which no step crosses it. */
 static double height_of(const folding *f, uint32_t point)
 {
-    return f->side * qw_plane_height(f->plane, f->from->guide_point + 3 * (size_t)point);
+    double height = f->side * qw_plane_height(f->plane, f->from->guide_point + 3 * (size_t)point);
+    return fabs(height) * f->frame->scale > QW_IN_PLANE ? height : 0;
 }
 
 static void reflect_guide(folding *f, uint32_t guide)

@@ -45,6 +45,7 @@ typedef struct nesting {
     uint32_t *face_stamp, *vertex_stamp, stamp; /* [faces], [vertices]: the band that was grown last has `stamp` */
     uint32_t *face, face_count;                 /* its faces: uint32_t[faces] */
     int64_t euler;                              /* and its Euler number */
+    bool ends;                                  /* it has a far rim */
 } nesting;
 
 static bool is_ring_edge(const qw_trimesh *m, uint32_t h) { return m->mark && (m->mark[h] & QW_MARK_RING); }
@@ -72,9 +73,11 @@ static void find_curves(nesting *g)
     uint32_t *nest = QW_NEW(env, uint32_t, segments);
     segments = 0;
     for (uint32_t i = 0; i < g->nests->count; i++)
-        for (uint32_t k = 0; k + 1 < g->nests->nest[i].point_count; k++, segments++)
-            from[segments] = g->nests->nest[i].point[k], to[segments] = g->nests->nest[i].point[k + 1],
-            nest[segments] = i;
+        for (uint32_t k = 0; k + 1 < g->nests->nest[i].point_count; k++) {
+            const qw_vec3 *p = g->nests->nest[i].point + k;
+            if (qw_distance(p[0], p[1]) == 0) continue; /* drawn twice: it runs neither way */
+            from[segments] = p[0], to[segments] = p[1], nest[segments++] = i;
+        }
     const qw_curve_tree *tree = qw_curve_tree_build(env, from, to, segments);
     for (uint32_t h = 0; h < 3 * m->face_count; h++) edges += is_ring_edge(m, h) && m->twin[h] != QW_NONE;
     g->half = QW_NEW(env, uint32_t, edges), g->number = QW_NEW(env, uint32_t, edges);
@@ -138,6 +141,13 @@ static bool is_rim(const nesting *g, uint32_t h)
     return t == QW_NONE || g->face_stamp[t / 3] != g->stamp || is_ring_edge(g->mesh, h);
 }
 
+/* The same, but for the curve and, beside half of one, the cut. */
+static bool is_far_rim(const nesting *g, uint32_t nest, uint32_t h)
+{
+    bool is_cut = g->mesh->twin[h] == QW_NONE && !is_closed(&g->nests->nest[nest]);
+    return is_rim(g, h) && !is_ring_edge(g->mesh, h) && !is_cut;
+}
+
 /* Adds a face with its vertices to the band; returns how many of these are new in it. */
 static uint32_t take_face(nesting *g, uint32_t f)
 {
@@ -150,13 +160,13 @@ static uint32_t take_face(nesting *g, uint32_t f)
     return fresh;
 }
 
-/* Grows the band from the curve; false where it is no annulus (beside an open curve, no disc), or not all of the curve
+/* Grows the band from the curve; false where it is no annulus (beside an open curve, no strip), or not all of the curve
    runs along it. */
 static bool grow(nesting *g, uint32_t nest, int side, float reach)
 {
     const qw_trimesh *m = g->mesh;
     int64_t vertices = 0, rim = 0;
-    g->stamp++, g->face_count = 0, g->euler = 0;
+    g->stamp++, g->face_count = 0, g->euler = 0, g->ends = false;
     for (uint32_t k = 0; k < g->count; k++) {
         if (g->number[k] != nest) continue;
         uint32_t f = (side == QW_LEFT ? g->half[k] : m->twin[g->half[k]]) / 3;
@@ -172,9 +182,10 @@ static bool grow(nesting *g, uint32_t nest, int side, float reach)
         }
     }
     for (uint32_t i = 0; i < g->face_count; i++)
-        for (uint32_t h = 3 * g->face[i]; h < 3 * g->face[i] + 3; h++) rim += is_rim(g, h);
+        for (uint32_t h = 3 * g->face[i]; h < 3 * g->face[i] + 3; h++)
+            rim += is_rim(g, h), g->ends |= is_far_rim(g, nest, h);
     g->euler = vertices - (3 * (int64_t)g->face_count + rim) / 2 + g->face_count;
-    return g->face_count > 0 && g->euler == (is_closed(&g->nests->nest[nest]) ? 0 : 1);
+    return g->ends && g->euler == (is_closed(&g->nests->nest[nest]) ? 0 : 1);
 }
 
 /* The widest band up to this reach that can be had; 0: there is none. */
@@ -185,11 +196,12 @@ static float grow_widest(nesting *g, uint32_t nest, int side, float reach)
     return 0;
 }
 
-/* All that a closed curve encloses on one side; false where that is no disc, or reaches far beyond the nest. */
+/* All that a curve encloses on one side, of which a cut leaves half; false where that is no disc, or reaches far beyond
+   the nest. */
 static bool grow_inside(nesting *g, uint32_t nest, int side)
 {
-    const qw_nest *n = &g->nests->nest[nest];
-    return is_closed(n) && !grow(g, nest, side, FAR * n->reach[side]) && g->face_count > 0 && g->euler == 1;
+    (void)grow(g, nest, side, FAR * g->nests->nest[nest].reach[side]);
+    return g->euler == 1 && !g->ends;
 }
 
 /* The vertex at corner i of the faces that were grown last. */
@@ -199,14 +211,14 @@ static uint32_t corner_of(const nesting *g, uint32_t i) { return g->mesh->corner
 
 /* By how much of its length a line at a small distance from the curve is longer, for each unit of that: out of the area
    of the band, whose far rim is at about the mean distance of its vertices. */
-static double growth(const nesting *g, double length)
+static double growth(const nesting *g, uint32_t nest, double length)
 {
     const qw_trimesh *m = g->mesh;
     double area = 0, sum = 0, count = 0;
     for (uint32_t i = 0; i < g->face_count; i++) {
         area += 0.5 * (double)qw_length(qw_face_cross(m, g->face[i]));
         for (uint32_t h = 3 * g->face[i]; h < 3 * g->face[i] + 3; h++)
-            if (is_rim(g, h) && !is_ring_edge(m, h)) sum += (double)g->distance[m->corner[h]], count++;
+            if (is_far_rim(g, nest, h)) sum += (double)g->distance[m->corner[h]], count++;
     }
     double width = count > 0 ? sum / count : 0;
     return width > 0 ? 2 * (area / (width * length) - 1) / width : 0;
@@ -228,7 +240,7 @@ static side_fit measure(nesting *g, uint32_t nest, int side)
     double length = ring_length(n) / (is_closed(n) ? 1 : 2);
     side_fit fit = {grow_widest(g, nest, side, n->reach[side]), 1};
     if (fit.width == 0) return fit;
-    double by = growth(g, length);
+    double by = growth(g, nest, length);
     fit.ratio = fmin(1 + (double)fit.width * by, MOST_RATIO);
     if (fit.ratio < LEAST_RATIO) fit.ratio = LEAST_RATIO, fit.width = (float)((LEAST_RATIO - 1) / by);
     return fit;
@@ -261,7 +273,8 @@ static void write_sizes(nesting *g, uint32_t nest, int side, const side_fit *fit
     const qw_nest *n = &g->nests->nest[nest];
     if (fit->width == 0) return;
     bool all = grow_inside(g, nest, side);
-    double middle = 2 * sqrt(QW_PI * area_beyond(g, n->reach[side])) / ring_length(n);
+    double halves = is_closed(n) ? 1 : 2;
+    double middle = 2 * sqrt(QW_PI * halves * area_beyond(g, n->reach[side])) / ring_length(n);
     if (!all && grow_widest(g, nest, side, n->reach[side] + SPARE * n->edge) == 0) return;
     for (uint32_t i = 0; i < 3 * g->face_count; i++) {
         uint32_t v = corner_of(g, i);
@@ -423,27 +436,34 @@ static int64_t write_directions(const potential *p, float way, float reach, cons
     return count;
 }
 
-/* In the middle of what a closed curve encloses the field runs one way, along the longer axis: so the four cones of a
+/* The longer axis of a curve; of half of one the line in the plane of symmetry, which is an axis too. */
+static qw_vec3 axis_of(const qw_nest *n)
+{
+    uint32_t steps = n->point_count - 1;
+    if (!is_closed(n)) return qw_normalize(qw_sub(n->point[steps], n->point[0]));
+    qw_vec3 sum = qw_v3(0, 0, 0), axis = sum;
+    for (uint32_t i = 0; i < steps; i++) sum = qw_add(sum, n->point[i]);
+    for (uint32_t i = 0; i < steps; i++) {
+        qw_vec3 out = qw_madd(n->point[i], -1 / (float)steps, sum);
+        if (qw_length2(out) > qw_length2(axis)) axis = out;
+    }
+    return qw_normalize(axis);
+}
+
+/* In the middle of what a curve encloses the field runs one way, along the curve's longer axis: so the four cones of a
    long oval come to lie beside one another at its ends, not one behind the other, where the first would be near the
    curve. The whole of the inside was grown last. */
-static void direct_middle(const nesting *g, const qw_nest *n, float reach, qw_vec3 *direction)
+static void direct_middle(const nesting *g, const qw_nest *n, float reach, const uint8_t *constraint,
+                          qw_vec3 *direction)
 {
-    const qw_vec3 *position = g->mesh->position;
-    float deepest = 0, count = 0, longest = 0;
-    qw_vec3 sum = qw_v3(0, 0, 0), axis = sum;
+    float deepest = 0;
+    for (uint32_t i = 0; i < 3 * g->face_count; i++) deepest = fmaxf(deepest, g->distance[corner_of(g, i)]);
+    float least = fmaxf((reach + deepest) / 2, reach + SPARE * n->edge);
+    qw_vec3 axis = axis_of(n);
     for (uint32_t i = 0; i < 3 * g->face_count; i++) {
         uint32_t v = corner_of(g, i);
-        deepest = fmaxf(deepest, g->distance[v]);
-        if (g->distance[v] > reach) sum = qw_add(sum, position[v]), count++;
+        if (constraint[v] == QW_VERTEX_FREE && g->distance[v] > least) direction[v] = axis;
     }
-    for (uint32_t i = 0; i < 3 * g->face_count && count > 0; i++) {
-        uint32_t v = corner_of(g, i);
-        qw_vec3 out = qw_madd(position[v], -1 / count, sum);
-        if (g->distance[v] > reach && qw_length2(out) > longest) longest = qw_length2(out), axis = out;
-    }
-    float least = fmaxf((reach + deepest) / 2, reach + SPARE * n->edge);
-    for (uint32_t i = 0; i < 3 * g->face_count && longest > 0; i++)
-        if (g->distance[corner_of(g, i)] > least) direction[corner_of(g, i)] = qw_normalize(axis);
 }
 
 /* The directions of a nest's curve at its vertices. */
@@ -478,7 +498,7 @@ int64_t qw_direct_nests(qw_env *env, const qw_trimesh *mesh, const qw_nests *nes
             count += write_directions(&p, side == QW_LEFT ? 1 : -1, n->reach[side] + BEYOND * n->edge, constraint,
                                       direction);
             qw_scope_end(env);
-            if (grow_inside(&g, i, side)) direct_middle(&g, n, n->reach[side], direction);
+            if (grow_inside(&g, i, side)) direct_middle(&g, n, n->reach[side], constraint, direction);
         }
     }
     qw_scope_end(env);
