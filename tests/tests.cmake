@@ -56,7 +56,8 @@ foreach(row IN LISTS rows)
   set(labels ${CMAKE_MATCH_2})
   math(EXPR limit "${CMAKE_MATCH_3} * ${slower}")
   add_test(NAME ${suite} COMMAND quadwright-tests ${suite})
-  set_tests_properties(${suite} PROPERTIES LABELS "${labels}" TIMEOUT ${limit} COST ${CMAKE_MATCH_3}) # the long ones first
+  set_tests_properties(${suite} PROPERTIES LABELS "${labels}" TIMEOUT ${limit} COST ${CMAKE_MATCH_3} # the long ones first
+    PROCESSOR_AFFINITY ON) # and one thread each where a test asks for no more: side by side several would wait for one another
 endforeach()
 if(QW_SANITIZE) # half an hour together: `make test-long`
   set_tests_properties(batch promise torture protrusions regress fuzz_remesh PROPERTIES LABELS "run;thread;long")
@@ -93,7 +94,7 @@ add_test(NAME documents COMMAND ${CMAKE_COMMAND} -DROOT=${QW_ROOT} -DTOOL=$<TARG
   -P ${QW_ROOT}/tests/documents.cmake)
 add_test(NAME guides COMMAND ${CMAKE_COMMAND} -DROOT=${QW_ROOT} -DTOOL=$<TARGET_FILE:quadwright> -DSHAPES=$<TARGET_FILE:quadwright-shapes>
   -DWORK=${CMAKE_CURRENT_BINARY_DIR}/test-guides -P ${QW_ROOT}/tests/guides.cmake)
-set_tests_properties(guides PROPERTIES LABELS "run;long" COST 900)
+set_tests_properties(guides PROPERTIES LABELS "run;long" COST 900 PROCESSOR_AFFINITY ON)
 add_test(NAME completions COMMAND ${CMAKE_COMMAND} -DROOT=${QW_ROOT} -DWORK=${CMAKE_CURRENT_BINARY_DIR} -P ${QW_ROOT}/tests/completions.cmake)
 add_test(NAME shapes COMMAND ${CMAKE_COMMAND} -DSHAPES=$<TARGET_FILE:quadwright-shapes> -DTOOL=$<TARGET_FILE:quadwright>
   -DWORK=${CMAKE_CURRENT_BINARY_DIR}/test-shapes -P ${QW_ROOT}/tests/shapes.cmake)

@@ -1,10 +1,11 @@
-#define _POSIX_C_SOURCE 200809L /* clock_gettime */
+#define _GNU_SOURCE /* clock_gettime, sched_getaffinity */
 #include "base/platform.h"
 
 #ifdef _WIN32
 #define WIN32_LEAN_AND_MEAN
 #include <windows.h>
 #else
+#include <sched.h>
 #include <time.h>
 #include <unistd.h>
 #endif
@@ -37,6 +38,10 @@ double qw_seconds_now(void)
 
 uint32_t qw_processor_count(void)
 {
+#ifdef __linux__
+    cpu_set_t allowed; /* as taskset and schedulers of clusters set it */
+    if (sched_getaffinity(0, sizeof allowed, &allowed) == 0) return (uint32_t)CPU_COUNT(&allowed);
+#endif
     long count = sysconf(_SC_NPROCESSORS_ONLN);
     return count > 0 ? (uint32_t)count : 1;
 }
