@@ -5,6 +5,8 @@
 #include "whole/mirror.h"
 
 #include "products/attributes/crosses.h"
+#include "products/attributes/motion.h"
+#include "products/attributes/transfer.h"
 #include "io/guides_file.h"
 #include "io/rosy_file.h"
 
@@ -315,6 +317,7 @@ static qw_status take_guides(qw_context *context, guide_call *call, void (*body)
     qw_steering steering = call->copy;
     steering.field = c->steering.field, steering.field_count = c->steering.field_count;
     steering.field_domain = c->steering.field_domain, steering.region = c->steering.region;
+    steering.motion = c->steering.motion;
     if (status == QW_OK) qw_replace_steering(c, &steering);
     return qw_done(context, status);
 }
@@ -335,6 +338,40 @@ qw_status qw_load_guides(qw_context *context, const char *path)
     qw_status status = require_mesh(context);
     guide_call call = {.c = &context->state, .path = path};
     return status == QW_OK ? take_guides(context, &call, load_guides) : status;
+}
+
+/* ---- what moves */
+
+typedef struct motion_call {
+    qw_context_state *c;
+    const qw_attribute *attributes;
+    uint32_t count;
+    qw_vec3 *made;
+} motion_call;
+
+static void find_motion(void *user)
+{
+    motion_call *call = user;
+    qw_env *env = call->c->env;
+    const qw_clean_input *in = &call->c->input;
+    qw_require_attributes(env, call->attributes, call->count, in->vertex_count, in->face_begin[in->face_count],
+                          in->face_count);
+    call->made = qw_motion_of_faces(env, in, call->attributes, call->count);
+}
+
+qw_status qw_set_motion(qw_context *context, const qw_attribute *attributes, uint32_t count)
+{
+    if (!context) return QW_ARGUMENT;
+    qw_context_state *c = &context->state;
+    motion_call call = {c, attributes, count, NULL};
+    qw_status status = require_mesh(context);
+    if (status != QW_OK) return status;
+    status = qw_protect(c->env, find_motion, &call);
+    qw_steering steering = c->steering;
+    steering.motion = call.made;
+    bool is_other = call.made || c->steering.motion;
+    if (status == QW_OK && is_other) qw_replace_steering(c, &steering);
+    return qw_done(context, status);
 }
 
 /* ---- regions */

@@ -3,6 +3,7 @@
 #include "base/constants.h"
 #include "remesh/sizes/painted.h"
 #include "whole/kept_rims.h"
+#include "whole/motion_on.h"
 #include "whole/ring_guides.h"
 
 #include <string.h>
@@ -20,7 +21,18 @@ double qw_turn_of_edge(const qw_run_state *run) { return 2 * QW_PI / ((double)ru
 
 bool qw_has_density(const qw_run_state *run)
 {
-    return run->options.adaptive > 0 || run->options.around > 0 || run->input.density;
+    return run->options.adaptive > 0 || run->options.around > 0 || run->input.density || qw_follows_motion(run);
+}
+
+/* The painted density, and that of what moves; NULL: neither. */
+static qw_density *density_of(const qw_run_state *run, double rho)
+{
+    qw_density *painted = qw_painted_density(run->env, &run->input, &run->clean, &run->surface);
+    if (!qw_follows_motion(run)) return painted;
+    float *moving = qw_motion_density(run, rho);
+    for (uint32_t v = 0; painted && v < run->surface.vertex_count; v++) moving[v] *= painted[v];
+    qw_free(run->env, painted);
+    return moving;
 }
 
 float *qw_wanted_size(const qw_run_state *run, double rho, float **base_target, qw_tip_list *tips, qw_nests *nests)
@@ -33,7 +45,8 @@ float *qw_wanted_size(const qw_run_state *run, double rho, float **base_target, 
                                .adaptive = run->options.adaptive,
                                .circles = run->circles,
                                .turn = qw_turn_of_edge(run),
-                               .painted = qw_painted_density(env, &run->input, &run->clean, &run->surface),
+                               .painted = density_of(run, rho),
+                               .is_painted = run->input.density != NULL,
                                .with_boundary = run->options.align_boundary != 0,
                                .refinement = run->refinement,
                                .refinements = run->plan.refinements};

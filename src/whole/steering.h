@@ -17,6 +17,7 @@ typedef struct qw_steering {
     uint32_t *guide_rings; /* uint32_t[guide_count]: rings wanted on each side of it; 0: none */
     double *guide_point;   /* double[guide_begin[guide_count]][3], in the input's coordinates; a closed guide ends with
                               its first point */
+    qw_vec3 *motion;       /* qw_vec3[faces of the input], of products/attributes/motion.h; NULL: nothing moves */
     uint8_t *region;       /* uint8_t[faces of the input], 1: inside; NULL: all are */
 } qw_steering;
 

@@ -8,6 +8,7 @@
 #include "whole/kept_rims.h"
 #include "whole/wrapped.h"
 #include "whole/guides.h"
+#include "whole/motion_on.h"
 #include "run/stages/split_levels.h"
 #include "run/stages/stages.h"
 
@@ -227,7 +228,8 @@ static double dense_for(const qw_run_state *run, double edge)
    that is so much finer than most quads need that the surface is worth coarsening again. */
 static bool condense_for_sizes(qw_run_state *run, double rho)
 {
-    double strength = run->input.density || run->options.around > 0 ? 1 : run->options.adaptive,
+    double strength = run->input.density || qw_follows_motion(run) || run->options.around > 0 ? 1
+                                                                                              : run->options.adaptive,
            smallest = qw_pow(SMALLER, strength), edge = (double)CONDENSED * smallest * rho;
     if (run->surface.face_count > dense_for(run, edge)) {
         qw_scope_begin(run->env);
