@@ -99,7 +99,7 @@ static int is_at_slant(const qw_mesh_view *q, const uint32_t *loop, uint32_t cou
 static void rings_run_at_the_slant_of_weights(void **state)
 {
     (void)state;
-    for (int degrees = -30; degrees <= 30; degrees += 15) {
+    for (int degrees = -40; degrees <= 40; degrees += 10) {
         double slant = degrees * PI / 180;
         tube t = bent_tube(slant);
         qw_context *context = context_with(&t.s, &t.weights, 1);
