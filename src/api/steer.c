@@ -360,7 +360,7 @@ static void find_motion(void *user)
     qw_require_attributes(env, call->attributes, call->count, in->vertex_count, in->face_begin[in->face_count],
                           in->face_count);
     call->made = qw_motion_of_faces(env, in, call->attributes, call->count);
-    call->joints = qw_find_equal_weights(env, in, call->attributes, call->count);
+    call->joints = qw_find_equal_weights(env, in, call->attributes, call->count, call->made);
 }
 
 qw_status qw_set_motion(qw_context *context, const qw_attribute *attributes, uint32_t count)

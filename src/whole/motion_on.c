@@ -6,7 +6,7 @@
 #include <math.h>
 
 /* Rows that are wanted where movement changes from none to all, if edges need be no shorter than by MOST for that. */
-static const double ROWS = 4, MOST = 2;
+static const float ROWS = 4, MOST = 1.5f;
 
 bool qw_follows_motion(const qw_run_state *run)
 {
@@ -24,16 +24,15 @@ qw_vec3 *qw_motion_on(const qw_run_state *run, const qw_vec3 *point, const qw_ve
     return change;
 }
 
-float *qw_motion_density(const qw_run_state *run, double rho)
+void qw_fit_motion(const qw_run_state *run, float *size)
 {
     qw_env *env = run->env;
     const qw_trimesh *s = &run->surface;
     qw_vec3 *normal = qw_vertex_normals(env, s), *change = qw_motion_on(run, s->position, normal, s->vertex_count);
-    float *density = QW_NEW(env, float, s->vertex_count);
+    float share = fminf(2 * (float)run->options.follow_motion, 1);
     for (uint32_t v = 0; v < s->vertex_count; v++) {
-        double wanted = fmin(fmax(ROWS * rho * (double)qw_length(change[v]), 1), MOST);
-        density[v] = (float)qw_pow(wanted, fmin(2 * run->options.follow_motion, 1));
+        float shorter = fminf(fmaxf(ROWS * size[v] * qw_length(change[v]), 1), MOST);
+        size[v] /= 1 + share * (shorter - 1);
     }
     qw_free(env, normal), qw_free(env, change);
-    return density;
 }

@@ -10,8 +10,7 @@ bool qw_follows_motion(const qw_run_state *run);
 /* qw_motion_at_points in the frame of the run. */
 qw_vec3 *qw_motion_on(const qw_run_state *run, const qw_vec3 *point, const qw_vec3 *normal, uint32_t count);
 
-/* By how much edges at each vertex of run->surface are to be shorter, so that some rows lie where weights change: 1 and
-   more, float[run->surface.vertex_count], in the current scope. rho: of the mean edge. */
-float *qw_motion_density(const qw_run_state *run, double rho);
+/* Shortens the wanted edges at the vertices of run->surface so that some rows lie where movement changes. */
+void qw_fit_motion(const qw_run_state *run, float *size);
 
 #endif

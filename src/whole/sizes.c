@@ -24,17 +24,6 @@ bool qw_has_density(const qw_run_state *run)
     return run->options.adaptive > 0 || run->options.around > 0 || run->input.density || qw_follows_motion(run);
 }
 
-/* The painted density, and that of what moves; NULL: neither. */
-static qw_density *density_of(const qw_run_state *run, double rho)
-{
-    qw_density *painted = qw_painted_density(run->env, &run->input, &run->clean, &run->surface);
-    if (!qw_follows_motion(run)) return painted;
-    float *moving = qw_motion_density(run, rho);
-    for (uint32_t v = 0; painted && v < run->surface.vertex_count; v++) moving[v] *= painted[v];
-    qw_free(run->env, painted);
-    return moving;
-}
-
 float *qw_wanted_size(const qw_run_state *run, double rho, float **base_target, qw_tip_list *tips, qw_nests *nests)
 {
     qw_env *env = run->env;
@@ -45,12 +34,12 @@ float *qw_wanted_size(const qw_run_state *run, double rho, float **base_target, 
                                .adaptive = run->options.adaptive,
                                .circles = run->circles,
                                .turn = qw_turn_of_edge(run),
-                               .painted = density_of(run, rho),
-                               .is_painted = run->input.density != NULL,
+                               .painted = qw_painted_density(env, &run->input, &run->clean, &run->surface),
                                .with_boundary = run->options.align_boundary != 0,
                                .refinement = run->refinement,
                                .refinements = run->plan.refinements};
     float *size = qw_shared_sizes(env, &request, tips);
+    if (qw_follows_motion(run)) qw_fit_motion(run, size);
     if (qw_keeps_rims(run)) qw_fit_rims(run, size);
     qw_nests fitted = qw_nests_of_guides(run, qw_in_quads(run, run->core.area));
     qw_fit_nests(env, &run->surface, &fitted, size);

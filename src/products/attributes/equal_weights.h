@@ -1,9 +1,9 @@
-/* Closed curves on the input on which a bone's weight is a half: a joint lies there. */
+/* Closed curves on the input on which a bone's weight is a half, as around a joint, or on which a target moves half as
+ * far as it moves anything. */
 #ifndef QW_PRODUCTS_ATTRIBUTES_EQUAL_WEIGHTS_H
 #define QW_PRODUCTS_ATTRIBUTES_EQUAL_WEIGHTS_H
 
-#include "base/env.h"
-#include "geometry/clean_input.h"
+#include "products/attributes/motion.h"
 
 typedef struct qw_equal_weights {
     uint32_t count;
@@ -11,9 +11,10 @@ typedef struct qw_equal_weights {
     double *point;   /* double[begin[count]][3], in the coordinates of the input; the last of each is its first */
 } qw_equal_weights;
 
-/* Those of all QW_WEIGHTS among the attributes, smooth and with few points; in the caller's scope, with NULL for none.
-   Curves that end at a boundary are left out. */
+/* Those of all QW_WEIGHTS and targets among the attributes, smooth and with few points; in the caller's scope, with
+   NULL for none. Curves that end at a boundary are left out, and of targets those across which movement changes unlike.
+   motion: qw_motion_of_faces of the attributes. */
 qw_equal_weights qw_find_equal_weights(qw_env *env, const qw_clean_input *input, const qw_attribute *attributes,
-                                       uint32_t count);
+                                       uint32_t count, const qw_vec3 *motion);
 
 #endif

@@ -126,20 +126,24 @@ static qw_vec3 most_change(const polygon *p, const moves *t)
 
 /* ---- on the input */
 
-static bool is_target(const qw_attribute *a)
+bool qw_is_target(const qw_attribute *a)
 {
     return a->kind == QW_VALUES && a->domain == QW_PER_VERTEX && a->components == 3 &&
            strncmp(a->name, "target:", strlen("target:")) == 0;
 }
 
-static double largest_offset(const qw_attribute *a)
+double qw_offset_at(const qw_attribute *target, uint32_t v)
+{
+    double offset[3];
+    for (size_t k = 0; k < 3; k++) offset[k] = (double)target->values[3 * (size_t)v + k];
+    return sqrt(qw_dot_doubles(offset, offset));
+}
+
+double qw_largest_offset(const qw_attribute *target)
 {
     double most = 0;
-    for (size_t v = 0; v < a->count; v++) {
-        double offset[3] = {(double)a->values[3 * v], (double)a->values[3 * v + 1], (double)a->values[3 * v + 2]};
-        most = fmax(most, qw_dot_doubles(offset, offset));
-    }
-    return sqrt(most);
+    for (uint32_t v = 0; v < target->count; v++) most = fmax(most, qw_offset_at(target, v));
+    return most;
 }
 
 static double extent_of(const qw_clean_input *in)
@@ -158,7 +162,7 @@ qw_vec3 *qw_motion_of_faces(qw_env *env, const qw_clean_input *input, const qw_a
     for (uint32_t i = 0; i < count; i++) {
         const qw_attribute *a = &attributes[i];
         if (a->kind == QW_WEIGHTS) most += (size_t)MOST_CORNERS * a->components;
-        else if (is_target(a) && largest_offset(a) > least) largest[i] = largest_offset(a), most++;
+        else if (qw_is_target(a) && qw_largest_offset(a) > least) largest[i] = qw_largest_offset(a), most++;
     }
     qw_vec3 *motion = most > 0 ? QW_NEW(env, qw_vec3, input->face_count) : NULL;
     moves t = {QW_NEW(env, move, most), 0};

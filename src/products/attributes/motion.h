@@ -10,10 +10,15 @@
 
 #include "remesh/clean/clean.h"
 
+/* Whether an attribute is a target: of vertices, of three components, with a name that begins with "target:". How far
+   it moves a vertex, and how far at the most. */
+bool qw_is_target(const qw_attribute *a);
+double qw_offset_at(const qw_attribute *target, uint32_t v);
+double qw_largest_offset(const qw_attribute *target);
+
 /* Of each polygon the direction in which movement changes the most, as long as it changes on a unit of length of the
- * input (1: all of it; less where other directions are as good): qw_vec3[input->face_count]; NULL where nothing moves.
- * What counts are QW_WEIGHTS and targets: attributes of vertices, of three components, whose names begin with
- * "target:". */
+   input (1: all of it; less where other directions are as good): qw_vec3[input->face_count]; NULL where nothing moves.
+   What counts are QW_WEIGHTS and targets. */
 qw_vec3 *qw_motion_of_faces(qw_env *env, const qw_clean_input *input, const qw_attribute *attributes, uint32_t count);
 
 /* The same at points near the clean surface that was made of that input, tangents to normal, by a unit of the surface's

@@ -134,7 +134,7 @@ float *qw_shared_sizes(qw_env *env, const qw_size_request *w, qw_tip_list *tips)
     for (uint32_t v = 0; v < s->vertex_count; v++)
         size[v] = (float)(factor ? fmax(w->rho * (double)factor[v], LEAST_EDGE) : w->rho);
     qw_free(env, factor);
-    bool is_shared = w->census->components > 1 && !w->is_painted;
+    bool is_shared = w->census->components > 1 && !w->painted; /* what is painted says which part is finer */
     if (is_shared) share_quads(env, w, part, component, size);
     else limit_sizes(part, component, s->vertex_count, size);
     qw_free(env, part), qw_free(env, component);

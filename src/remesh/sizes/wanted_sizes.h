@@ -24,7 +24,6 @@ typedef struct qw_size_request {
     const float *circles;            /* float[surface->vertex_count], of around.h; NULL: none */
     double turn;                     /* of an edge on a circle, at most; positive */
     const qw_density *painted;       /* qw_density[surface->vertex_count]; NULL: none */
-    bool is_painted;                 /* a person painted it, and so says which component is finer */
     bool with_boundary;              /* the option align_boundary */
     const qw_refinement *refinement; /* qw_refinement[refinements], by rounds */
     uint32_t refinements;
