@@ -153,6 +153,40 @@ static void motion_is_the_gradient(void **state)
     shape_free(&s);
 }
 
+/* What can't be is refused, and what says nothing of movement changes nothing. */
+static void wrong_motion_is_refused(void **state)
+{
+    (void)state;
+    tube t = bent_tube(0);
+    qw_mesh_view view = shape_view(&t.s);
+    qw_context *context;
+    assert_int_equal(qw_create(NULL, &context), QW_OK);
+    assert_int_equal(qw_set_motion(NULL, NULL, 0), QW_ARGUMENT);
+    assert_int_equal(qw_set_motion(context, &t.weights, 1), QW_NOT_READY);
+    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+    qw_options options;
+    qw_options_init(&options);
+    options.faces = 500;
+    uint32_t faces = run(context, &options).face_count;
+    assert_int_equal(qw_set_motion(context, NULL, 0), QW_OK);
+    qw_mesh_view quads; /* still there */
+    assert_int_equal(qw_get_mesh(context, &quads), QW_OK);
+    t.weight[7] = -1;
+    assert_int_equal(qw_set_motion(context, &t.weights, 1), QW_ARGUMENT);
+    assert_non_null(strstr(qw_message(context), "a weight below 0"));
+    assert_int_equal(qw_get_mesh(context, &quads), QW_OK); /* and after a refusal */
+    t.weight[7] = 0;
+    assert_int_equal(qw_set_motion(context, &t.weights, 1), QW_OK);
+    assert_int_equal(qw_get_mesh(context, &quads), QW_NOT_READY);
+    run(context, &options);
+    assert_int_equal(qw_get_report(context)->nests, 1);
+    assert_int_equal(qw_set_motion(context, NULL, 0), QW_OK);
+    assert_int_equal(run(context, &options).face_count, faces);
+    assert_int_equal(qw_get_report(context)->nests, 0);
+    qw_destroy(context);
+    free_tube(&t);
+}
+
 /* ---- a face, with targets that open its mouth and close its eyes */
 
 typedef struct place {
@@ -220,6 +254,7 @@ QW_TEST_SUITE(motion)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(motion_is_the_gradient),
         cmocka_unit_test(rings_run_at_the_slant_of_weights),
+        cmocka_unit_test(wrong_motion_is_refused),
         cmocka_unit_test(targets_get_rings),
     };
     return cmocka_run_group_tests_name("motion", tests, NULL, NULL);

@@ -161,12 +161,13 @@ static void add_steps(taking *t, const qw_vec3 *point, uint32_t count)
     for (uint32_t i = 0; i + 1 < count; i++) t->from[t->steps] = point[i], t->to[t->steps++] = point[i + 1];
 }
 
-/* The number of edges along a curve. */
+/* The number of edges along a curve; 0: it is off the surface. */
 static double edges_on(const taking *t, const qw_vec3 *point, uint32_t count)
 {
     double edges = 0;
     for (uint32_t i = 0; i + 1 < count; i++) {
         qw_hit hit = qw_bvh_nearest(t->tree, point[i], qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
+        if (hit.face == QW_NONE || sqrtf(hit.distance2) > (float)MOST_OFF * t->edge) return 0;
         edges += (double)(qw_distance(point[i], point[i + 1]) / t->size[t->was->corner[3 * (size_t)hit.face]]);
     }
     return edges;
