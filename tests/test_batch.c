@@ -313,6 +313,22 @@ static void closed_holes_are_marked(void **state)
     }
 }
 
+/* Each format that can be written, under its own ending. */
+static void formats_have_their_endings(void **state)
+{
+    static const char *const formats[] = {"off", "stl", "gltf", "msh", "vtu", "inp", "bdf"};
+    (void)state;
+    assert_int_equal(shell("mkdir plain && cp one.obj plain"), 0);
+    for (int i = 0; i < 7; i++) {
+        char command[512];
+        snprintf(command, sizeof command,
+                 TOOL "batch plain --out formats --faces 24 --format %s -q --force && " TOOL
+                      "one.obj -o one.%s --faces 24 -q && cmp one.%s formats/one.obj.quads.%s",
+                 formats[i], formats[i], formats[i], formats[i]);
+        assert_int_equal(shell(command), 0);
+    }
+}
+
 /* The levels of a model are one file, the bytes of a single run; the record tells how many quads each has. */
 static void levels_are_one_file_a_model(void **state)
 {
@@ -472,6 +488,7 @@ QW_TEST_SUITE(batch)
         cmocka_unit_test(files_beside_count),
         cmocka_unit_test(assets_are_made_of_a_folder),
         cmocka_unit_test(closed_holes_are_marked),
+        cmocka_unit_test(formats_have_their_endings),
         cmocka_unit_test(levels_are_one_file_a_model),
         cmocka_unit_test(points_are_models),
         cmocka_unit_test(counts_of_a_resumed_run_agree),
