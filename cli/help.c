@@ -232,7 +232,8 @@ static const topic topics[] = {
     {"wrap", "a skin around soups, gaps, holes and fragments first", "wrap wrap_distance wrap_quads fill_holes", NULL,
      QW_COMMAND_HELP},
     {"asset", "texture coordinates of the result's own, and maps on them",
-     "unwrap bake texture margin tiles texel_density stretch unwrap_grid samples cage", put_asset, QW_COMMAND_HELP},
+     "unwrap bake texture margin tiles texel_density texel_focus stretch unwrap_grid samples cage", put_asset,
+     QW_COMMAND_HELP},
     {"files", "what is read and written",
      "input output format second_order json provenance no_attributes normals force "
      "min_component outward",

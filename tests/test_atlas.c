@@ -411,6 +411,46 @@ static void several_tiles(void **state)
     quad_shape_free(&j.shape);
 }
 
+/* Two sheets of one size, one of four times as many quads: with focus both have as many texels a quad, else an area. */
+static void focus_sheets(void *user)
+{
+    job *j = user;
+    qw_mesh_view view = quad_shape_view(&j->shape);
+    for (int focus = 0; focus <= 1; focus++) {
+        qw_atlas_mesh mesh = qw_atlas_mesh_of(j->env, &view, NULL, 0, NULL);
+        const qw_atlas_options options = {
+            .most_stretch = 1.15, .focus = focus, .pack = {.texels = 512, .margin = 4, .tiles = 1}};
+        qw_atlas a = qw_make_atlas(j->env, &mesh, &options);
+        double area[2] = {0};
+        for (uint32_t f = 0; f < j->shape.face_count; f++) {
+            const float *p = a.uv + 8 * (size_t)f;
+            for (int k = 0; k < 4; k++) {
+                const float *q = p + 2 * k, *r = p + 2 * ((k + 1) % 4);
+                area[f >= j->texels] += 0.5 * (double)(q[0] * r[1] - q[1] * r[0]);
+            }
+        }
+        assert_int_equal(a.charts, 2);
+        assert_int_equal(count_overlaps(&a, j->shape.face_count), 0);
+        assert_float_equal(area[1] / area[0], focus ? 4 : 1, 0.02);
+        assert_true(fabs(a.area - 1) < 1e-3); /* it is no stretch */
+    }
+}
+static void texels_follow_quads(void **state)
+{
+    (void)state;
+    quad_shape a = quad_sheet(6, 6, 0, 0, 0), b = quad_sheet(12, 12, 0, 0, 0), *s = &a;
+    uint32_t vertices = a.vertex_count, faces = a.face_count;
+    s->vertex_count += b.vertex_count, s->face_count += b.face_count;
+    s->position = realloc(s->position, 3 * sizeof(double) * s->vertex_count);
+    s->corner = realloc(s->corner, 4 * sizeof(uint32_t) * s->face_count);
+    memcpy(s->position + 3 * vertices, b.position, 3 * sizeof(double) * b.vertex_count);
+    for (uint32_t v = vertices; v < s->vertex_count; v++) s->position[3 * v + 2] += 1;
+    for (uint32_t c = 0; c < 4 * b.face_count; c++) s->corner[4 * faces + c] = b.corner[c] + vertices;
+    job j = {.shape = a, .texels = faces};
+    protect(focus_sheets, &j);
+    quad_shape_free(&b), quad_shape_free(&j.shape);
+}
+
 /* Where the size of texels is given charts are no longer than a tile, however long strips of the surface are. */
 static void fit_density(void *user)
 {
@@ -581,6 +621,7 @@ QW_TEST_SUITE(atlas)
         cmocka_unit_test(blocks_that_do_not_fit),
         cmocka_unit_test(several_tiles),
         cmocka_unit_test(charts_fit_tiles),
+        cmocka_unit_test(texels_follow_quads),
         cmocka_unit_test(places_on_a_board),
         cmocka_unit_test(envelope_solves),
         cmocka_unit_test(segments_that_meet),

@@ -608,6 +608,16 @@ static void assets(void **state)
                            "head -c 8 asset_height.png | grep -aq PNG && test ! -e asset_color.png && "
                            "test $(grep '^f' asset.obj | awk '{ print NF }' | sort -u) = 5"),
                      0);
+    /* objects of one file share a square, and keep their names */
+    assert_int_equal(shell("cp in.obj two.obj && awk 'BEGIN{print \"o second\"} /^v /{n++; print "
+                           "\"v\",$2+9,$3,$4} /^f /{f[++k]=$0} END{for(i=1;i<=k;i++){split(f[i],c,\" \"); print "
+                           "\"f\",c[2]+n,c[3]+n,c[4]+n}}' in.obj >> two.obj && sed -i '1i o first' two.obj"),
+                     0);
+    assert_int_equal(tool("asset two.obj -o both.obj --faces 300 --texture 128 -q --json both.json")->code, 0);
+    assert_int_equal(
+        shell("grep -q '^o first' both.obj && grep -q '^o second' both.obj && [ $(grep -c usemtl both.obj) = 1 ] && "
+              "grep -q '\"overlapping_charts\": 0' both.json && ! ls | grep -q 'both.*1001'"),
+        0);
     assert_int_equal(tool("asset in.obj -o levels.glb --levels 200,60 --texture 128 -q --json levels.json")->code, 0);
     assert_int_equal(shell("grep -aq MSFT_lod levels.glb && grep -aq '\"name\":\"asset LOD1\"' levels.glb && "
                            "test $(grep -ao image/png levels.glb | wc -l) = 2 && "

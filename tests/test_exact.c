@@ -353,6 +353,68 @@ static void low_quads_are_mended(void **state)
         }
 }
 
+/* Patches from blocks have the part's faces, each once, with its radius, and their vertices lie on them. */
+static void expect_faces(part *p, counts wanted, const double *radius, uint32_t radii)
+{
+    enum { MOST = 1 << 16 };
+    static double point[MOST][3];
+    static uint32_t vertex[MOST];
+    static char line[1 << 16];
+    qw_mesh_view view = part_view(p);
+    qw_context *context = NULL;
+    qw_options o;
+    qw_options_init(&o);
+    o.faces = QUADS, o.fit_to = 1, o.sharp_angle = 30, o.adaptive = 0, o.around = 12, o.threads = 2;
+    assert_int_equal(qw_create(NULL, &context), QW_OK);
+    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+    assert_int_equal(qw_run(context, &o), QW_OK);
+    assert_int_equal(qw_save_patches_from(context, "faces.step", QW_PATCHES_OF_BLOCKS), QW_OK);
+    qw_destroy(context);
+    counts found = {0};
+    uint32_t faces = 0, edges = 0;
+    FILE *file = fopen("faces.step", "r");
+    while (fgets(line, sizeof line, file)) {
+        unsigned id, of, end[2];
+        double at[3], r;
+        if (sscanf(line, "#%u=CARTESIAN_POINT('',(%lf,%lf,%lf", &id, &at[0], &at[1], &at[2]) == 4 && id < MOST)
+            memcpy(point[id], at, sizeof at);
+        if (sscanf(line, "#%u=VERTEX_POINT('',#%u", &id, &of) == 2 && id < MOST && of < MOST) vertex[id] = of;
+        if (sscanf(line, "#%u=EDGE_CURVE('',#%u,#%u", &id, &end[0], &end[1]) == 3) {
+            for (int k = 0; k < 2; k++)
+                assert_true(part_distance(p, point[vertex[end[k]]]) < 1e-6 * diagonal_of(&view));
+            edges++;
+        }
+        if (sscanf(line, "#%u=CYLINDRICAL_SURFACE('',#%u,%lf", &id, &of, &r) == 3) {
+            double least = INFINITY;
+            for (uint32_t i = 0; i < radii; i++) least = fmin(least, fabs(r / radius[i] - 1));
+            assert_true(least < 1e-6);
+            found.cylinders++;
+        }
+        found.planes += strstr(line, "=PLANE(") != NULL, found.cones += strstr(line, "=CONICAL_SURFACE(") != NULL;
+        faces += strstr(line, "=ADVANCED_FACE(") != NULL;
+    }
+    fclose(file);
+    remove("faces.step");
+    assert_true(edges > 0);
+    assert_int_equal(found.planes, wanted.planes);
+    assert_int_equal(found.cylinders, wanted.cylinders);
+    assert_int_equal(found.cones, wanted.cones);
+    assert_int_equal(faces, wanted.planes + wanted.cylinders + wanted.cones);
+    free(p);
+}
+
+static void faces_of_parts_are_written(void **state)
+{
+    (void)state;
+    const double pipe[4][2] = {{16, 0}, {20, 0}, {20, 30}, {16, 30}},
+                 sunk[5][2] = {{5, 0}, {20, 0}, {20, 8}, {9, 8}, {5, 4}},
+                 cone[4][2] = {{4, 0}, {20, 0}, {12, 20}, {4, 20}};
+    expect_faces(part_turned(4, pipe, 48), (counts){2, 2, 0, 0, 0}, (double[]){16, 20}, 2);
+    expect_faces(part_turned(5, sunk, 36), (counts){2, 2, 1, 0, 0}, (double[]){5, 20}, 2);
+    expect_faces(part_turned(4, cone, 64), (counts){2, 1, 1, 0, 0}, (double[]){4}, 1);
+    expect_faces(part_holes(3, 0.25, 0.2, 40), (counts){6, 3, 0, 0, 0}, (double[]){0.25}, 1);
+}
+
 QW_TEST_SUITE(exact)
 {
     const struct CMUnitTest tests[] = {
@@ -368,6 +430,7 @@ QW_TEST_SUITE(exact)
         cmocka_unit_test(rows_follow_tangents),
         cmocka_unit_test(other_shapes_stay),
         cmocka_unit_test(what_follows_keeps_them),
+        cmocka_unit_test(faces_of_parts_are_written),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -600,7 +600,8 @@ QW_API qw_status qw_save_second_order(qw_context *context, const qw_attribute *a
    out. */
 QW_API qw_status qw_save_patches(qw_context *context, const char *path);
 /* The same with large patches: the lines that leave irregular vertices straight on, and sharp edges, cut the quads into
-   blocks, each of which is one B-spline surface; those on one plane are one plane. Of quads where these are no grids.
+   blocks, each of which is one B-spline surface; those on one plane, cylinder or cone of a designed part are one face
+   on it. Of quads where these are no grids.
  */
 typedef enum { QW_PATCHES_OF_QUADS, QW_PATCHES_OF_BLOCKS } qw_patches_from;
 QW_API qw_status qw_save_patches_from(qw_context *context, const char *path, qw_patches_from from);

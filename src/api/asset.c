@@ -81,6 +81,7 @@ static void unwrap(void *user)
     int exponent;
     mesh.position = qw_scaled_positions(c->env, &view, &exponent);
     qw_atlas_options options = {.most_stretch = o->stretch,
+                                .focus = o->texel_focus,
                                 .pack = {.texels = (uint32_t)o->texture,
                                          .margin = (uint32_t)o->margin,
                                          .tiles = (uint32_t)o->tiles,

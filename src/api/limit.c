@@ -5,8 +5,9 @@
 #include "whole/kept_rims.h"
 #include "products/limit/cage.h"
 #include "products/limit/patch_blocks.h"
-#include "products/limit/patch_planes.h"
+#include "products/limit/patch_faces.h"
 #include "products/limit/patches.h"
+#include "run/stages/designed.h"
 
 #include <string.h>
 
@@ -60,6 +61,15 @@ typedef struct patches_call {
     bool blocks;
 } patches_call;
 
+static const qw_patch_faces *find_faces(qw_context_state *c, const qw_patches *patches)
+{
+    uint32_t count = patches->face_count, *of_cell = QW_NEW(c->env, uint32_t, count);
+    double(*middle)[3] = qw_alloc(c->env, count, sizeof *middle);
+    qw_patch_middles(patches, patches->blocks, middle);
+    const qw_primitive *designed = qw_find_designed(&c->run, middle, count, of_cell);
+    return qw_find_patch_faces(c->env, patches, patches->blocks, designed, of_cell);
+}
+
 static void save_patches(void *user)
 {
     const patches_call *call = user;
@@ -71,7 +81,7 @@ static void save_patches(void *user)
     const qw_quadmesh *quads = is_split ? &run->coarse : &run->finished;
     qw_patches patches = qw_make_patches(call->c->env, quads, is_split ? run->coarse_output : run->output);
     if (call->blocks) patches.blocks = qw_join_patches(call->c->env, quads, &patches);
-    if (patches.blocks) patches.planes = qw_find_patch_planes(call->c->env, &patches, patches.blocks);
+    if (patches.blocks) patches.faces = find_faces(call->c, &patches);
     qw_file *file = qw_file_begin(call->c->env, call->path);
     qw_put_step(call->c->env, file, &patches);
     qw_file_finish(file);

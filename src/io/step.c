@@ -1,6 +1,7 @@
 #include "io/step.h"
 
 #include "base/sort.h"
+#include "base/vec.h"
 #include "io/number.h"
 #include "io/pen.h"
 
@@ -73,17 +74,21 @@ static void put_head(step *s)
     s->next = FIRST;
 }
 
+static void put_triple(step *s, const char *what, const double x[3])
+{
+    qw_pen_print(&s->pen, "#%u=%s('',(", s->next++, what);
+    for (int k = 0; k < 3; k++) {
+        if (k) qw_pen_text(&s->pen, ",");
+        put_real(s, x[k]);
+    }
+    qw_pen_text(&s->pen, "));\n");
+}
+
 static void put_points(step *s)
 {
     s->points = s->next;
-    for (uint32_t i = 0; i < s->p->point_count; i++, flush(s, FLUSH)) {
-        qw_pen_print(&s->pen, "#%u=CARTESIAN_POINT('',(", s->next++);
-        for (int k = 0; k < 3; k++) {
-            if (k) qw_pen_text(&s->pen, ",");
-            put_real(s, s->p->point[3 * (size_t)i + (size_t)k]);
-        }
-        qw_pen_text(&s->pen, "));\n");
-    }
+    for (uint32_t i = 0; i < s->p->point_count; i++, flush(s, FLUSH))
+        put_triple(s, "CARTESIAN_POINT", s->p->point + 3 * (size_t)i);
     s->vertices = s->next;
     for (uint32_t v = 0; v < s->p->vertex_count; v++, flush(s, FLUSH))
         qw_pen_print(&s->pen, "#%u=VERTEX_POINT('',#%u);\n", s->next++, s->points + v);
@@ -127,12 +132,55 @@ static void put_references(step *s, const uint32_t *point, uint32_t count)
     qw_pen_text(&s->pen, ")");
 }
 
+/* An axis through a point, and any direction across it; the last entity is the placement. */
+static void put_placement(step *s, const double point[3], const double axis[3])
+{
+    int least = fabs(axis[0]) < fabs(axis[1]) ? 0 : 1;
+    if (fabs(axis[2]) < fabs(axis[least])) least = 2;
+    double x[3];
+    for (int k = 0; k < 3; k++) x[k] = ((k == least) - axis[least] * axis[k]) / sqrt(1 - axis[least] * axis[least]);
+    put_triple(s, "CARTESIAN_POINT", point), put_triple(s, "DIRECTION", axis), put_triple(s, "DIRECTION", x);
+    qw_pen_print(&s->pen, "#%u=AXIS2_PLACEMENT_3D('',#%u,#%u,#%u);\n", s->next, s->next - 3, s->next - 2, s->next - 1);
+    s->next++;
+}
+
+/* The circle that edge e is an arc of, from its first point to its last. */
+static void put_circle(step *s, uint32_t e, const qw_patch_surface *about)
+{
+    const qw_patch_blocks *b = s->p->blocks;
+    double middle[3], axis[3], from[3], turn = 0;
+    const double *a = s->p->point + 3 * (size_t)b->edge_point[b->edge_first[e]];
+    for (int k = 0; k < 3; k++) from[k] = a[k] - about->point[k];
+    double along = qw_dot_doubles(from, about->axis);
+    for (int k = 0; k < 3; k++) middle[k] = about->point[k] + along * about->axis[k], from[k] = a[k] - middle[k];
+    for (uint32_t i = b->edge_first[e] + 1; i < b->edge_first[e + 1]; i++) {
+        double to[3], cross[3], last[3];
+        for (int k = 0; k < 3; k++) {
+            to[k] = s->p->point[3 * (size_t)b->edge_point[i] + (size_t)k] - middle[k];
+            last[k] = s->p->point[3 * (size_t)b->edge_point[i - 1] + (size_t)k] - middle[k];
+        }
+        qw_cross_doubles(last, to, cross);
+        turn += qw_dot_doubles(cross, about->axis);
+    }
+    for (int k = 0; k < 3; k++) axis[k] = turn < 0 ? -about->axis[k] : about->axis[k];
+    put_placement(s, middle, axis);
+    qw_pen_print(&s->pen, "#%u=CIRCLE('',#%u,", s->next, s->next - 1);
+    put_real(s, sqrt(qw_dot_doubles(from, from)));
+    qw_pen_text(&s->pen, ");\n");
+    s->next++;
+}
+
 static void put_long_edges(step *s)
 {
     const qw_patch_blocks *b = s->p->blocks;
-    uint32_t curves = s->next;
-    for (uint32_t e = 0; e < b->edge_count; e++, flush(s, FLUSH)) {
+    const qw_patch_faces *o = s->p->faces;
+    uint32_t *curve = QW_NEW(s->env, uint32_t, b->edge_count);
+    for (uint32_t e = 0; e < b->edge_count; curve[e++] = s->next - 1, flush(s, FLUSH)) {
         uint32_t first = b->edge_first[e], count = b->edge_first[e + 1] - first;
+        if (o && o->arc[e] != QW_NONE) {
+            put_circle(s, e, &o->surface[o->arc[e]]);
+            continue;
+        }
         qw_pen_print(&s->pen, "#%u=B_SPLINE_CURVE_WITH_KNOTS('',3,", s->next++);
         put_references(s, b->edge_point + first, count);
         qw_pen_text(&s->pen, ",.UNSPECIFIED.,.F.,.F.,");
@@ -143,7 +191,7 @@ static void put_long_edges(step *s)
     for (uint32_t e = 0; e < b->edge_count; e++, flush(s, FLUSH))
         qw_pen_print(&s->pen, "#%u=EDGE_CURVE('',#%u,#%u,#%u,.T.);\n", s->next++,
                      s->vertices + b->edge_point[b->edge_first[e]],
-                     s->vertices + b->edge_point[b->edge_first[e + 1] - 1], curves + e);
+                     s->vertices + b->edge_point[b->edge_first[e + 1] - 1], curve[e]);
 }
 
 /* The loop around a face and the face itself, after its surface. */
@@ -176,35 +224,18 @@ static void put_block(step *s, uint32_t f)
     put_loop(s, surface, b->side[f], b->is_along[f]);
 }
 
-static void put_triple(step *s, const char *what, const double x[3])
+/* One face of all blocks on a surface. */
+static void put_joined(step *s, uint32_t p)
 {
-    qw_pen_print(&s->pen, "#%u=%s('',(", s->next++, what);
-    for (int k = 0; k < 3; k++) {
-        if (k) qw_pen_text(&s->pen, ",");
-        put_real(s, x[k]);
-    }
-    qw_pen_text(&s->pen, "));\n");
-}
-
-/* An axis through a point, and any direction across it; the last entity is the placement. */
-static void put_placement(step *s, uint32_t point, const double axis[3])
-{
-    int least = fabs(axis[0]) < fabs(axis[1]) ? 0 : 1;
-    if (fabs(axis[2]) < fabs(axis[least])) least = 2;
-    double x[3];
-    for (int k = 0; k < 3; k++) x[k] = ((k == least) - axis[least] * axis[k]) / sqrt(1 - axis[least] * axis[least]);
-    put_triple(s, "DIRECTION", axis), put_triple(s, "DIRECTION", x);
-    qw_pen_print(&s->pen, "#%u=AXIS2_PLACEMENT_3D('',#%u,#%u,#%u);\n", s->next, point, s->next - 2, s->next - 1);
-    s->next++;
-}
-
-/* One face of all blocks on a plane. */
-static void put_plane(step *s, uint32_t p)
-{
-    const qw_patch_planes *o = s->p->planes;
-    put_placement(s, s->points + s->p->blocks->point[s->p->blocks->first[o->block[p]]], o->normal[p]);
+    const qw_patch_faces *o = s->p->faces;
+    const qw_patch_surface *on = &o->surface[p];
+    put_placement(s, on->point, on->axis);
     uint32_t surface = s->next++;
-    qw_pen_print(&s->pen, "#%u=PLANE('',#%u);\n", surface, surface - 1);
+    const char *kind = on->radius == 0 ? "PLANE" : on->angle == 0 ? "CYLINDRICAL_SURFACE" : "CONICAL_SURFACE";
+    qw_pen_print(&s->pen, "#%u=%s('',#%u", surface, kind, surface - 1);
+    if (on->radius > 0) qw_pen_text(&s->pen, ","), put_real(s, on->radius);
+    if (on->angle > 0) qw_pen_text(&s->pen, ","), put_real(s, on->angle);
+    qw_pen_text(&s->pen, ");\n");
     for (uint32_t l = o->loop_first[p]; l < o->loop_first[p + 1]; l++) {
         uint32_t from = s->next;
         for (uint32_t i = o->side_first[l]; i < o->side_first[l + 1]; i++, flush(s, FLUSH))
@@ -220,20 +251,20 @@ static void put_plane(step *s, uint32_t p)
     qw_pen_print(&s->pen, "#%u=ADVANCED_FACE('',(", s->next++);
     for (uint32_t l = o->loop_first[p]; l < o->loop_first[p + 1]; l++)
         qw_pen_print(&s->pen, "%s#%u", l > o->loop_first[p] ? "," : "", s->bound[l]);
-    qw_pen_print(&s->pen, "),#%u,.T.);\n", surface);
+    qw_pen_print(&s->pen, "),#%u,%s);\n", surface, on->is_hollow ? ".F." : ".T.");
     flush(s, FLUSH);
 }
 
-/* All blocks, those of a plane where its own comes; notes the number of each one's face, or 0. */
+/* All blocks, those of a joined face where its own comes; notes the number of each one's face, or 0. */
 static void put_blocks(step *s)
 {
-    const qw_patch_planes *o = s->p->planes;
+    const qw_patch_faces *o = s->p->faces;
     s->bound = QW_NEW(s->env, uint32_t, o ? o->loop_count : 0);
     for (uint32_t b = 0; b < s->p->blocks->count; b++) {
         uint32_t p = o ? o->of_block[b] : QW_NONE;
         s->face[b] = 0;
         if (p != QW_NONE && o->block[p] != b) continue;
-        if (p != QW_NONE) put_plane(s, p);
+        if (p != QW_NONE) put_joined(s, p);
         else put_block(s, b);
         s->face[b] = s->next - 1;
     }
@@ -268,7 +299,7 @@ static void put_shells(step *s)
         qw_pen_print(&s->pen, "#%u=%s('',(", s->next, s->p->is_closed[c] ? "CLOSED_SHELL" : "OPEN_SHELL");
         for (; i < faces && by_shell[i] >> 32 == c; i++) {
             uint32_t face = s->face[(uint32_t)by_shell[i]];
-            if (face == 0) continue; /* in the face of its plane */
+            if (face == 0) continue; /* in the face of another */
             qw_pen_print(&s->pen, has_one ? ",#%u" : "#%u", face);
             has_one = true;
             flush(s, FLUSH);

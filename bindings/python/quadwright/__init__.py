@@ -584,8 +584,8 @@ class Remesher:
         return result
 
     def save_patches(self, path, patches_from="quads"):
-        """Writes the limit surface of the last run's quads as STEP: a bicubic patch a quad, or, from "blocks", a B-spline surface for each grid of quads
-        between the lines that leave irregular vertices and sharp edges. Best with fit_to="limit"; closed surfaces are solids."""
+        """Writes the limit surface of the last run's quads as STEP: a bicubic patch a quad, or, from "blocks", planes, cylinders and cones of a
+        designed part, and elsewhere a B-spline surface for each grid of quads between the lines that leave irregular vertices and sharp edges. Best with fit_to="limit"; closed surfaces are solids."""
         if patches_from not in ("quads", "blocks"):
             raise ValueError(f"patches_from: must be quads or blocks, not {patches_from!r:.40}")
         self._context.save_patches(path, patches_from == "blocks")

@@ -3,6 +3,7 @@
 #include "products/atlas/charts.h"
 #include "base/elementary.h"
 
+#include <math.h>
 #include <string.h>
 
 typedef struct maker {
@@ -31,6 +32,23 @@ static void take_pieces(maker *k, uint32_t *local)
     }
 }
 
+/* How many times as large as the others a chart of small quads may be, along each side, and how many times as small one
+   of large quads. */
+static const double MOST_FOCUS = 2;
+
+/* Makes charts larger where their quads are smaller than in the mean. */
+static void focus_charts(maker *k, double focus)
+{
+    double area = 0, faces = 0;
+    for (uint32_t a = 0; a < k->made->count; a++) area += k->flat[a].total, faces += k->made->chart[a].count;
+    for (uint32_t a = 0; a < k->made->count && focus > 0; a++) {
+        qw_flat *t = &k->flat[a];
+        double own = t->total / k->made->chart[a].count, times = own > 0 ? qw_pow(area / faces / own, focus / 2) : 1;
+        times = fmin(fmax(times, 1 / MOST_FOCUS), MOST_FOCUS);
+        for (uint32_t v = 0; v < t->vertex_count; v++) t->at[v][0] *= times, t->at[v][1] *= times;
+    }
+}
+
 static void sum_stretch(maker *k)
 {
     double total = 0;
@@ -50,6 +68,7 @@ static const double FILLED = 0.66;
 typedef struct judging {
     maker k;
     qw_pack_options pack;
+    double focus;
     uint32_t *local;
 } judging;
 
@@ -59,6 +78,7 @@ static bool try_packing(void *user, const qw_charts_made *made)
     qw_scope_begin(t->k.env);
     t->k.made = made;
     take_pieces(&t->k, t->local);
+    focus_charts(&t->k, t->focus);
     double used = qw_pack(t->k.env, t->k.piece, made->count, &t->pack).used;
     qw_scope_end(t->k.env);
     return used >= FILLED;
@@ -118,15 +138,17 @@ qw_atlas qw_make_atlas(qw_env *env, qw_atlas_mesh *mesh, const qw_atlas_options 
     qw_scope_begin(env);
     uint32_t *local = QW_NEW(env, uint32_t, mesh->corner_count);
     maker k = {.env = env, .mesh = mesh, .atlas = &atlas};
-    judging t = {.k = k, .pack = options->pack, .local = local};
+    judging t = {.k = k, .pack = options->pack, .focus = options->focus, .local = local};
     t.pack.is_untold = true, t.pack.scale = 0, t.pack.enough = FILLED;
     double margin = (double)options->pack.margin / options->pack.texels,
            longest = options->pack.scale > 0 ? (1 - margin) / options->pack.scale : INFINITY;
+    if (options->focus > 0) longest /= MOST_FOCUS;
     qw_charts_made made = qw_make_charts(env, mesh, options->most_stretch, longest, options->weight, options->mirror,
                                          try_packing, &t);
     k.made = &made;
     take_pieces(&k, local);
     sum_stretch(&k);
+    focus_charts(&k, options->focus);
     atlas.charts = made.count, atlas.patches = made.patches;
     atlas.packing = qw_pack(env, k.piece, made.count, &options->pack);
     for (uint32_t a = 0; a < made.count; a++) place_chart(&k, a);

@@ -8,6 +8,7 @@
 
 typedef struct qw_atlas_options {
     double most_stretch; /* of a chart in the mean: charts.h */
+    double focus;        /* 0 to 1: how far charts of smaller quads are larger */
     qw_pack_options pack;
     const double *weight;   /* double[corner_count]: seams to be avoided: charts.h; may be NULL */
     const uint32_t *mirror; /* uint32_t[corner_count]: charts.h; may be NULL */

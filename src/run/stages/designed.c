@@ -140,3 +140,22 @@ void qw_make_exact(qw_run_state *run, bool is_cage, bool evens)
     }
     qw_scope_end(run->env);
 }
+
+const qw_primitive *qw_find_designed(qw_run_state *run, double (*point)[3], uint32_t count, uint32_t *of)
+{
+    exacting x = {.run = run};
+    memset(of, 0xff, count * sizeof *of);
+    if (!is_asked(run) || !find(&x)) return NULL;
+    const qw_frame *frame = &run->whole.clean.frame;
+    for (uint32_t i = 0; i < count; i++) {
+        qw_hit hit = qw_bvh_nearest(x.exact.tree, qw_in_frame(frame, point[i]), qw_v3(0, 0, 0), -2, INFINITY, QW_NONE);
+        uint32_t p = hit.face == QW_NONE ? QW_NONE : x.found.of_face[hit.face];
+        if (p != QW_NONE && x.found.item[p].kind <= QW_CONE) of[i] = p;
+    }
+    for (uint32_t i = 0; i < x.found.count; i++) {
+        qw_primitive *p = &x.found.item[i];
+        for (int k = 0; k < 3; k++) p->point[k] = p->point[k] / frame->scale + frame->center[k];
+        p->radius /= frame->scale;
+    }
+    return x.found.item;
+}
