@@ -372,6 +372,7 @@ static void split_all(leveling *l)
         split_once(l);
         if (!is_fitted || k + 1 == times) qw_put_on_shape(run->env, &l->quads, &l->shape, NULL);
     }
+    repair_flips(l);
     fit_quads(l);
     repair_flips(l);
 }
