@@ -603,6 +603,28 @@ static void places_on_a_board(void **state)
     protect(place_masks, &j);
 }
 
+enum { MANY = 20000 };
+
+/* Charts whose margins alone fill the texture. */
+static void pack_many(void *user)
+{
+    job *j = user;
+    static const double at[3][2] = {{0, 0}, {1, 0}, {0, 1}};
+    static const uint32_t corner[] = {0, 1, 2};
+    qw_piece *piece = QW_NEW(j->env, qw_piece, MANY);
+    for (uint32_t i = 0; i < MANY; i++)
+        piece[i] = (qw_piece){.at = at, .point_count = 3, .triangle_count = 1, .corner = corner};
+    qw_pack(j->env, piece, MANY, &(qw_pack_options){.texels = 512, .margin = 4, .tiles = 1});
+}
+static void no_room_for_margins(void **state)
+{
+    (void)state;
+    job j = {.env = qw_env_create(NULL, 1)};
+    assert_int_equal(qw_protect(j.env, pack_many, &j), QW_ARGUMENT);
+    assert_non_null(strstr(qw_env_message(j.env), "20000 charts with a margin of 4 texels have no room"));
+    qw_env_destroy(j.env);
+}
+
 QW_TEST_SUITE(atlas)
 {
     const struct CMUnitTest tests[] = {
@@ -625,6 +647,7 @@ QW_TEST_SUITE(atlas)
         cmocka_unit_test(places_on_a_board),
         cmocka_unit_test(envelope_solves),
         cmocka_unit_test(segments_that_meet),
+        cmocka_unit_test(no_room_for_margins),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

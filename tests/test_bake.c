@@ -887,6 +887,48 @@ static void numbers_of_mtl(void **state)
     qw_destroy(a.context), qw_mesh_destroy(a.source);
 }
 
+/* A cube of which half is opaque and half blended: a material for each, with the same pictures. */
+static void alphas_apart(void **state)
+{
+    (void)state;
+    static const char mtl[] = "newmtl a\nKd 1 0 0\nnewmtl b\nKd 0 0 1\nd 0.5\n";
+    static const char obj[] = "mtllib bake_apart.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\n"
+                              "v 0 1 1\nusemtl a\nf 1 4 3 2\nf 1 2 6 5\nf 2 3 7 6\nusemtl b\nf 3 4 8 7\nf 4 1 5 8\n"
+                              "f 5 6 7 8\n";
+    put_file(QW_BINARY_DIR "/bake_apart.mtl", mtl, sizeof mtl - 1);
+    put_file(QW_BINARY_DIR "/bake_apart.obj", obj, sizeof obj - 1);
+    qw_options options;
+    asset a = {0};
+    assert_int_equal(qw_load(QW_BINARY_DIR "/bake_apart.obj", NULL, &a.source), QW_OK);
+    qw_mesh_view view = qw_mesh_get(a.source);
+    qw_options_init(&options), options.faces = 54, options.threads = 1;
+    assert_int_equal(qw_create(NULL, &a.context), QW_OK);
+    assert_int_equal(qw_set_mesh(a.context, &view), QW_OK);
+    assert_int_equal(qw_run(a.context, &options), QW_OK);
+    uint32_t count;
+    const qw_attribute *of_input = qw_mesh_attributes(a.source, &count), *carried;
+    assert_int_equal(qw_transfer(a.context, of_input, count, 0, &carried, NULL), QW_OK);
+    unwrap_and_bake(&a, 64, QW_MAPS_OF_INPUT);
+    static const char *const path = QW_BINARY_DIR "/bake_apart_out.glb";
+    assert_int_equal(qw_save_asset(a.context, carried, count, path, QW_FORMAT_AUTO), QW_OK);
+    qw_mesh *back;
+    assert_int_equal(qw_load(path, NULL, &back), QW_OK);
+    const qw_attribute *list = qw_mesh_attributes(back, &count);
+    view = qw_mesh_get(back);
+    uint32_t faces[2] = {0, 0}, materials = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        if (strcmp(list[i].name, "material") != 0) continue;
+        materials = list[i].label_count;
+        assert_string_equal(list[i].label_names[0], "asset_blended");
+        assert_string_equal(list[i].label_names[1], "asset_opaque");
+        for (uint32_t f = 0; f < view.face_count; f++) faces[list[i].labels[f]]++;
+    }
+    assert_int_equal(materials, 2);
+    assert_true(faces[0] > 0 && faces[0] + faces[1] == view.face_count);
+    assert_int_equal(faces[0], faces[1]);
+    qw_mesh_destroy(back), qw_destroy(a.context), qw_mesh_destroy(a.source);
+}
+
 QW_TEST_SUITE(bake)
 {
     const struct CMUnitTest tests[] = {
@@ -901,6 +943,7 @@ QW_TEST_SUITE(bake)
         cmocka_unit_test(maps_at_any_scale),   cmocka_unit_test(failures_leave_nothing),
         cmocka_unit_test(progress_is_told),    cmocka_unit_test(same_bytes),
         cmocka_unit_test(calls_out_of_place),  cmocka_unit_test(from_obj_to_files),
+        cmocka_unit_test(alphas_apart),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

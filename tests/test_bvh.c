@@ -195,6 +195,14 @@ static void rays_together(const qw_bvh *bvh, const qw_bvh_cache *cache, qw_vec3 
             qw_hit plain = qw_bvh_ray(bvh, o[i], d[i], most[i], QW_NONE);
             assert_memory_equal(&plain, &quick[i], sizeof plain);
         }
+        qw_vec3 from = o[0];
+        for (int i = 0; i < 4; i++) d[i] = qw_normalize(random_point(1));
+        uint32_t skip = k % 2 ? QW_NONE : quick[0].face,
+                 blocked = qw_bvh_blocked(bvh, from, d, k % 4 ? most[0] : INFINITY, skip);
+        for (uint32_t i = 0; i < 4; i++) {
+            qw_hit plain = qw_bvh_ray(bvh, from, d[i], k % 4 ? most[0] : INFINITY, skip);
+            assert_int_equal(blocked >> i & 1, plain.face != QW_NONE);
+        }
     }
 }
 

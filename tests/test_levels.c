@@ -98,6 +98,31 @@ static void quads_are_split_and_lie_nearer(void **state)
     shape_free(&s);
 }
 
+static bool is_strut(int x, int y, int z)
+{
+    int ends = (x % 3 == 0) + (y % 3 == 0) + (z % 3 == 0);
+    return x >= 0 && y >= 0 && z >= 0 && x < 4 && y < 4 && z < 4 && ends >= 2;
+}
+
+/* Struts of a few quads: what is split lies beside them, and its vertices go to the surface across them. */
+static void split_quads_are_not_flipped(void **state)
+{
+    (void)state;
+    static const struct {
+        int smoothed, faces;
+    } runs[] = {{2, 80}, {2, 140}, {6, 60}, {6, 80}};
+    for (size_t i = 0; i < sizeof runs / sizeof *runs; i++) {
+        shape s = shape_of_cells(4, 4, 4, 3, is_strut);
+        shape_smooth(&s, runs[i].smoothed);
+        qw_options o = asking(runs[i].faces, 1, 0);
+        qw_context *context = run_of(&s, &o);
+        qw_mesh_view fine = result_of(context);
+        measured(&fine, &s);
+        qw_destroy(context);
+        shape_free(&s);
+    }
+}
+
 /* Quads that are mended for solvers keep the order of the levels: only what is not split yet gets other edges. */
 static void mended_levels_are_nested(void **state)
 {
@@ -580,6 +605,7 @@ static void too_many_are_refused_at_once(void **state)
 QW_TEST_SUITE(levels)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(split_quads_are_not_flipped),
         cmocka_unit_test(quads_are_split_and_lie_nearer),
         cmocka_unit_test(mended_levels_are_nested),
         cmocka_unit_test(sharp_edges_stay),

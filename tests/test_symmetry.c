@@ -896,6 +896,7 @@ static void flips_of(const shape *s, const qw_options *o, int64_t *by_input, int
     *by_input = quality.flipped_faces;
     assert_int_equal(qw_measure_result(context, &input, NULL, &topology, &quality), QW_OK);
     *by_origin = quality.flipped_faces;
+    assert_int_equal(quality.opposing_faces, *by_input);
     assert_int_equal(topology.quads, quads.face_count);
     qw_destroy(context);
 }

@@ -2,6 +2,7 @@
  * stage and goes with it. */
 #include "api/asset.h"
 
+#include "base/platform.h"
 #include "api/context.h"
 #include "products/atlas/blocks.h"
 #include "products/atlas/seen.h"
@@ -57,11 +58,16 @@ const double *qw_scaled_positions(qw_env *env, const qw_mesh_view *view, int *ex
 
 qw_status qw_protect_working(qw_context *context, void (*body)(void *user), void *user)
 {
-    double told = context->told;
+    double told = context->told, began = qw_seconds_now();
+    qw_env *env = context->state.env;
+    qw_report *report = &context->state.report;
     context->told = 0; /* it may fall, as other work begins */
-    qw_status status = qw_protect_listening(context->state.env, body, user);
+    qw_env_reset_peak(env);
+    qw_status status = qw_protect_listening(env, body, user);
     context->told = told;
-    qw_end_work(context->state.env);
+    qw_end_work(env);
+    report->seconds += qw_seconds_now() - began;
+    if (qw_env_peak(env) > report->peak_bytes) report->peak_bytes = qw_env_peak(env);
     return status;
 }
 

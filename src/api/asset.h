@@ -14,6 +14,8 @@ typedef struct qw_asset {
     qw_attribute uv;
     float *normal, *tangent; /* float[corners][3], float[corners][4]: as baked; NULL before */
     qw_asset_look look;
+    uint8_t *alpha; /* uint8_t[alphas]: of each material of the input: 0 opaque, 1 cut off, 2 blended; NULL before */
+    uint32_t alphas;
     qw_picture *picture; /* of the look; NULL before */
     qw_image *image;     /* qw_image[images] */
     uint32_t images;

@@ -50,7 +50,8 @@ void qw_drop_maps(qw_context_state *c)
     qw_asset *a = c->asset;
     qw_free(c->env, a->normal), qw_free(c->env, a->tangent), qw_free(c->env, a->image);
     for (uint32_t i = 0; a->picture && i < a->look.tiles * QW_MAP_COUNT; i++) qw_free(c->env, a->picture[i].pixels);
-    qw_free(c->env, a->picture);
+    qw_free(c->env, a->picture), qw_free(c->env, a->alpha);
+    a->alpha = NULL, a->alphas = 0;
     a->normal = a->tangent = NULL, a->picture = NULL, a->image = NULL, a->images = 0;
 }
 
@@ -175,11 +176,25 @@ static void take_factors(qw_asset_look *look, const qw_look *seen)
         if (qw_is_used(seen->list, i)) m = &seen->list->material[i];
     memcpy(look->color, m->color, sizeof look->color), memcpy(look->emission, m->emission, sizeof look->emission);
     look->roughness = m->roughness, look->metallic = m->metallic, look->has_occlusion = seen->has_occlusion;
-    look->cutoff = seen->cutoff, look->alpha = seen->alpha, look->is_unlit = seen->is_unlit;
+    look->cutoff = seen->alpha == 2 ? 0.5f : seen->cutoff, look->is_unlit = seen->is_unlit;
     look->brightest = seen->brightest, look->color[3] = m->alpha ? m->color[3] : 1;
     for (int k = 0; k < 3; k++) look->emission[k] /= look->brightest;
     for (uint32_t i = 0; i < seen->list->count; i++)
         look->double_sided |= qw_is_used(seen->list, i) && seen->list->material[i].double_sided;
+}
+
+/* Each way that alpha is shown by a material that is used. */
+static void take_alphas(qw_env *env, qw_asset *a, const qw_look *seen)
+{
+    bool has[3] = {false, false, false};
+    a->alphas = seen->list->count, a->alpha = QW_NEW(env, uint8_t, a->alphas);
+    for (uint32_t i = 0; i < a->alphas; i++) {
+        a->alpha[i] = (uint8_t)seen->list->material[i].alpha;
+        if (qw_is_used(seen->list, i)) has[a->alpha[i]] = true;
+    }
+    for (int k = 2; k >= 0; k--)
+        if (has[k] || (k == 0 && a->look.alphas == 0)) a->look.alpha[a->look.alphas++] = k;
+    qw_keep(env, a->alpha);
 }
 
 static uint32_t maps_of(const qw_look *l)
@@ -252,6 +267,7 @@ static void bake(void *user)
     float farthest = qw_bake_target_cage(c->env, &target, &c->carried->source, cage);
     a->look = (qw_asset_look){0};
     take_factors(&a->look, &look);
+    take_alphas(c->env, a, &look);
     uint32_t maps = call->maps == QW_MAPS_OF_INPUT ? maps_of(&look) : call->maps;
     qw_maps made = qw_bake_maps(c->env, &target, &look, maps, (uint32_t)a->report.tiles, (uint32_t)a->options.texture,
                                 (uint32_t)a->options.samples, (uint32_t)a->options.margin, farthest);
@@ -282,6 +298,7 @@ qw_status qw_bake(qw_context *context, const qw_mesh *source, uint32_t maps, con
     if (status != QW_OK) {
         qw_asset *a = c->asset; /* what was made of it was unwound */
         a->normal = a->tangent = NULL, a->picture = NULL, a->image = NULL, a->images = 0, a->look = (qw_asset_look){0};
+        a->alpha = NULL, a->alphas = 0;
         return qw_done(context, status);
     }
     *images = c->asset->image, *count = c->asset->images;
@@ -299,8 +316,18 @@ typedef struct save_call {
     qw_format format;
 } save_call;
 
-/* Texture coordinates within the square of their tile; *label: the tile of each face. */
-static qw_attribute part_tiles(qw_env *env, const qw_asset *a, const qw_atlas_mesh *mesh, bool shift, int32_t *label)
+/* Which of the ways that alpha is shown a face has: that of its material, or the first. */
+static int32_t alpha_of_face(const qw_asset *a, const qw_attribute *material, uint32_t f)
+{
+    int32_t m = material && f < material->count ? material->labels[f] : -1, i = 0;
+    if (m < 0 || (uint32_t)m >= a->alphas) return 0;
+    while (i + 1 < (int32_t)a->look.alphas && a->look.alpha[i] != a->alpha[m]) i++;
+    return i;
+}
+
+/* Texture coordinates within the square of their tile; *label: the material of each face. */
+static qw_attribute part_tiles(qw_env *env, const qw_asset *a, const qw_atlas_mesh *mesh, const qw_attribute *material,
+                               bool shift, int32_t *label)
 {
     qw_attribute uv = a->uv;
     float *value = QW_NEW(env, float, 2 * (size_t)mesh->corner_count);
@@ -311,6 +338,7 @@ static qw_attribute part_tiles(qw_env *env, const qw_asset *a, const qw_atlas_me
             value[2 * c] = a->atlas.uv[2 * c] - (shift ? (float)label[f] : 0);
             value[2 * c + 1] = a->atlas.uv[2 * c + 1];
         }
+        label[f] = label[f] * (int32_t)a->look.alphas + alpha_of_face(a, material, f);
     }
     uv.values = value;
     return uv;
@@ -346,9 +374,13 @@ qw_attribute *qw_list_asset(qw_env *env, const qw_asset *a, const qw_mesh_view *
     qw_attribute *list = QW_NEW(env, qw_attribute, *total + (size_t)4);
     uint32_t count = 0;
     int32_t *label = QW_NEW(env, int32_t, mesh.face_count);
-    for (uint32_t i = 0; i < *total; i++)
-        if (!is_left_out(&attributes[i], a->picture[QW_MAP_COLOR].pixels)) list[count++] = attributes[i];
-    list[count++] = part_tiles(env, a, &mesh, is_gltf, label);
+    const qw_attribute *own = NULL;
+    for (uint32_t i = 0; i < *total; i++) {
+        const qw_attribute *at = &attributes[i];
+        if (!is_left_out(at, a->picture[QW_MAP_COLOR].pixels)) list[count++] = *at;
+        if (at->kind == QW_LABELS && at->domain == QW_PER_FACE && strcmp(at->name, "material") == 0) own = at;
+    }
+    list[count++] = part_tiles(env, a, &mesh, own, is_gltf, label);
     list[count++] = (qw_attribute){.size = sizeof *list,
                                    .name = "normal",
                                    .domain = QW_PER_CORNER,
@@ -391,7 +423,7 @@ static void save_asset(void *user)
     find_translation(&view, translation);
     if (is_gltf) along.gltf = qw_gltf_of_asset(env, &a->look, translation);
     else along.library = qw_write_mtl(env, call->path, &a->look, &names);
-    material->label_names = names, material->label_count = names ? a->look.tiles : 0;
+    material->label_names = names, material->label_count = names ? a->look.tiles * a->look.alphas : 0;
     along.attributes = list;
     qw_write_with(env, call->path, call->format, &view, &along);
     qw_scope_end(env);

@@ -143,7 +143,7 @@ static void save_levels(void *user)
         look[i] = m->look;
         if (!m->look) continue;
         level[i].attributes = number_materials(call->env, m, materials);
-        materials += (int32_t)m->look->tiles;
+        materials += (int32_t)(m->look->tiles * m->look->alphas);
     }
     const qw_gltf_rest *pictures = look[0]        ? qw_gltf_of_looks(call->env, look, call->count)
                                    : call->source ? call->source->gltf

@@ -751,6 +751,57 @@ void qw_bvh_rays_near(const qw_bvh *bvh, const qw_bvh_cache *cache, const qw_vec
     }
 }
 
+/* Which of four rays from one origin enter a box within reach. */
+static inline qw_lanes_mask enter_box(const qw_box_node *n, qw_vec3 origin, const qw_vec3_lanes *inverse, float reach)
+{
+    const float from[3] = {n->centre[0] - origin.x, n->centre[1] - origin.y, n->centre[2] - origin.z};
+    const qw_lanes by[3] = {inverse->x, inverse->y, inverse->z}, none = qw_lanes_of(0);
+    qw_lanes in = none, out = qw_lanes_of(reach);
+    for (int k = 0; k < 3; k++) {
+        qw_lanes middle = from[k] * by[k], half = n->half[k] * by[k];
+        half = qw_choose(half < none, -half, half);
+        qw_lanes begin = middle - half, end = middle + half;
+        in = qw_choose(begin > in, begin, in), out = qw_choose(end < out, end, out);
+    }
+    return in * (1 - 1e-6f) <= out * (1 + 1e-6f);
+}
+
+uint32_t qw_bvh_blocked(const qw_bvh *bvh, qw_vec3 origin, const qw_vec3 direction[4], float reach, uint32_t skip)
+{
+    const qw_box_tree *t = &bvh->tree;
+    if (t->count == 0) return 0;
+    qw_hit hit = {.face = QW_NONE};
+    qw_vec3 inverse[4];
+    for (int i = 0; i < 4; i++)
+        inverse[i] = qw_v3(inverse_of(direction[i].x), inverse_of(direction[i].y), inverse_of(direction[i].z));
+    const qw_vec3_lanes from = qw_four(origin, origin, origin, origin),
+                        along = qw_four(direction[0], direction[1], direction[2], direction[3]),
+                        by = qw_four(inverse[0], inverse[1], inverse[2], inverse[3]);
+    const qw_box_node *root = t->nodes;
+    float far = 0; /* no corner is farther from the origin */
+    const float at[3] = {origin.x, origin.y, origin.z};
+    for (int k = 0; k < 3; k++) far += fabsf(root->centre[k] - at[k]) + root->half[k];
+    reach = qw_min_of(reach, 2 * far);
+    uint32_t stack[QW_BOX_STACK], count = 1, blocked = 0;
+    qw_lanes_mask open = qw_lanes_of(0) == qw_lanes_of(0);
+    for (stack[0] = 0; count > 0 && qw_any(open);) {
+        const qw_box_node *n = &t->nodes[stack[--count]];
+        if (!qw_any(enter_box(n, origin, &by, reach) & open)) continue;
+        if (n->count == 0) stack[count++] = n->first, stack[count++] = n->first + 1;
+        for (uint32_t i = n->first; i < n->first + n->count; i++) {
+            triangle whole = triangle_of(bvh, bvh->discs[i].face);
+            qw_lanes_mask may = open & may_meet(&whole, &from, &along, 2 * bvh->discs[i].radius, far);
+            for (int k = 0; k < 4 && qw_any(may); k++) {
+                ray r = {.origin = origin, .direction = direction[k], .skip = skip};
+                double best_t = reach;
+                if (may[k]) try_ray(&whole, &r, &best_t, &hit);
+                if (hit.face != QW_NONE) blocked |= 1u << k, open[k] = 0, hit.face = QW_NONE;
+            }
+        }
+    }
+    return blocked;
+}
+
 /* ---- curves */
 
 qw_curve_tree *qw_curve_tree_build(qw_env *env, const qw_vec3 *from, const qw_vec3 *to, uint32_t count)

@@ -69,7 +69,9 @@ qw_hit qw_bvh_nearest_on(const qw_bvh *bvh, uint32_t face, qw_vec3 point);
 /* First hit of the ray within max_distance at a face other than `skip` (may be QW_NONE). distance2 is squared along the
  * unit direction. */
 qw_hit qw_bvh_ray(const qw_bvh *bvh, qw_vec3 origin, qw_vec3 direction, float max_distance, uint32_t skip);
-/* The same; cache: quick where the ray up to max_distance lies in its ball; never changes the answer;
+/* Bits of the four rays from one point that meet anything within reach. */
+uint32_t qw_bvh_blocked(const qw_bvh *bvh, qw_vec3 origin, const qw_vec3 direction[4], float reach, uint32_t skip);
+/* As qw_bvh_ray; cache: quick where the ray up to max_distance lies in its ball; never changes the answer;
    may be NULL. */
 qw_hit qw_bvh_ray_near(const qw_bvh *bvh, const qw_bvh_cache *cache, qw_vec3 origin, qw_vec3 direction,
                        float max_distance, uint32_t skip);

@@ -7,8 +7,9 @@ typedef struct maker {
     const qw_asset_look *look;
     qw_gltf_rest *rest;
     qw_pen text, bytes, views, images, textures, materials;
-    uint32_t texture_count, level; /* level: QW_NONE: there are none */
-    bool is_bright, is_unlit;      /* extensions that a material uses */
+    uint32_t texture_count, level;  /* level: QW_NONE: there are none */
+    uint32_t texture[QW_MAP_COUNT]; /* of the tile's maps */
+    bool is_bright, is_unlit;       /* extensions that a material uses */
 } maker;
 
 static size_t begin_piece(maker *k) { return k->text.size; }
@@ -45,13 +46,20 @@ static void put_numbers(qw_pen *pen, const char *name, const float *x, int count
     if (count > 1) qw_pen_text(pen, "]");
 }
 
-static void put_map(maker *k, qw_pen *to, const char *member, uint32_t tile, qw_map map, const char *name)
+static void put_map(maker *k, qw_pen *to, const char *member, const qw_picture *of_tile, qw_map map)
 {
-    const qw_picture *p = &k->look->picture[tile * QW_MAP_COUNT + (uint32_t)map];
-    if (p->pixels) qw_pen_print(to, ",\"%s\":{\"index\":%u}", member, put_texture(k, p, name));
+    if (of_tile[map].pixels) qw_pen_print(to, ",\"%s\":{\"index\":%u}", member, k->texture[map]);
 }
 
-static void put_material(maker *k, uint32_t tile)
+static void put_textures(maker *k, const qw_picture *of_tile)
+{
+    for (uint32_t map = 0; map < QW_MAP_COUNT; map++)
+        if (of_tile[map].pixels)
+            k->texture[map] = put_texture(
+                k, &of_tile[map], map == QW_MAP_ORM ? "occlusion_roughness_metallic" : qw_map_name((qw_map)map));
+}
+
+static void put_material(maker *k, uint32_t tile, uint32_t i)
 {
     const qw_asset_look *l = k->look;
     const qw_picture *p = l->picture + tile * (size_t)QW_MAP_COUNT;
@@ -60,29 +68,29 @@ static void put_material(maker *k, uint32_t tile)
     qw_pen_print(m, "%s{\"name\":\"asset", m->size ? "," : "");
     if (k->level != QW_NONE) qw_pen_print(m, " LOD%u", k->level);
     if (l->tiles > 1) qw_pen_print(m, ".%u", 1001 + tile);
+    qw_pen_text(m, qw_alpha_suffix(l, i));
     qw_pen_text(m, "\",\"pbrMetallicRoughness\":{\"baseColorFactor\":[");
     const float *color = p[QW_MAP_COLOR].pixels ? one : l->color;
-    for (int i = 0; i < 4; i++) {
-        if (i) qw_pen_text(m, ",");
-        qw_pen_number(m, p[QW_MAP_COLOR].pixels ? 1 : (double)color[i]);
+    for (int c = 0; c < 4; c++) {
+        if (c) qw_pen_text(m, ",");
+        qw_pen_number(m, p[QW_MAP_COLOR].pixels ? 1 : (double)color[c]);
     }
     qw_pen_text(m, "]");
     bool has_orm = p[QW_MAP_ORM].pixels != NULL;
     const float full = 1;
     put_numbers(m, "metallicFactor", has_orm ? &full : &l->metallic, 1);
     put_numbers(m, "roughnessFactor", has_orm ? &full : &l->roughness, 1);
-    put_map(k, m, "baseColorTexture", tile, QW_MAP_COLOR, "color");
-    uint32_t orm = k->texture_count;
-    put_map(k, m, "metallicRoughnessTexture", tile, QW_MAP_ORM, "occlusion_roughness_metallic");
+    put_map(k, m, "baseColorTexture", p, QW_MAP_COLOR);
+    put_map(k, m, "metallicRoughnessTexture", p, QW_MAP_ORM);
     qw_pen_text(m, "}");
-    put_map(k, m, "normalTexture", tile, QW_MAP_NORMAL, "normal");
-    if (p[QW_MAP_OCCLUSION].pixels) put_map(k, m, "occlusionTexture", tile, QW_MAP_OCCLUSION, "occlusion");
-    else if (has_orm && l->has_occlusion) qw_pen_print(m, ",\"occlusionTexture\":{\"index\":%u}", orm);
+    put_map(k, m, "normalTexture", p, QW_MAP_NORMAL);
+    bool is_apart = p[QW_MAP_OCCLUSION].pixels || !l->has_occlusion;
+    put_map(k, m, "occlusionTexture", p, is_apart ? QW_MAP_OCCLUSION : QW_MAP_ORM);
     const float white[3] = {1, 1, 1};
-    put_map(k, m, "emissiveTexture", tile, QW_MAP_EMISSION, "emission");
+    put_map(k, m, "emissiveTexture", p, QW_MAP_EMISSION);
     put_numbers(m, "emissiveFactor", p[QW_MAP_EMISSION].pixels ? white : l->emission, 3);
-    if (l->alpha == 2) qw_pen_text(m, ",\"alphaMode\":\"BLEND\"");
-    if (l->alpha == 1) qw_pen_text(m, ",\"alphaMode\":\"MASK\""), put_numbers(m, "alphaCutoff", &l->cutoff, 1);
+    if (l->alpha[i] == 2) qw_pen_text(m, ",\"alphaMode\":\"BLEND\"");
+    if (l->alpha[i] == 1) qw_pen_text(m, ",\"alphaMode\":\"MASK\""), put_numbers(m, "alphaCutoff", &l->cutoff, 1);
     bool is_bright = l->brightest > 1;
     if (is_bright || l->is_unlit) qw_pen_text(m, ",\"extensions\":{");
     if (is_bright)
@@ -92,9 +100,18 @@ static void put_material(maker *k, uint32_t tile)
     if (is_bright || l->is_unlit) qw_pen_text(m, "}");
     k->is_bright |= is_bright, k->is_unlit |= l->is_unlit;
     if (l->double_sided) qw_pen_text(m, ",\"doubleSided\":true");
-    if (p[QW_MAP_HEIGHT].pixels)
-        qw_pen_print(m, ",\"extras\":{\"heightTexture\":%u}", put_texture(k, &p[QW_MAP_HEIGHT], "height"));
+    if (p[QW_MAP_HEIGHT].pixels) qw_pen_print(m, ",\"extras\":{\"heightTexture\":%u}", k->texture[QW_MAP_HEIGHT]);
     qw_pen_text(m, "}");
+}
+
+static void put_materials(maker *k)
+{
+    const qw_asset_look *l = k->look;
+    for (uint32_t tile = 0; tile < l->tiles; tile++) {
+        put_textures(k, l->picture + tile * (size_t)QW_MAP_COUNT);
+        for (uint32_t i = 0; i < l->alphas; i++) put_material(k, tile, i);
+    }
+    k->rest->material_count += l->tiles * l->alphas;
 }
 
 static void put_list(qw_pen *to, const char *name, const qw_pen *items)
@@ -125,15 +142,27 @@ static size_t put_used(maker *k)
     return at;
 }
 
-qw_gltf_rest *qw_gltf_of_looks(qw_env *env, const qw_asset_look *const *look, uint32_t count)
+static maker begin_maker(qw_env *env, uint32_t level)
 {
     const qw_pen none = {.env = env};
-    maker k = {env, NULL, QW_NEW_ZERO(env, qw_gltf_rest, 1), none, none, none, none, none, none, 0, 0, false, false};
+    return (maker){.env = env,
+                   .rest = QW_NEW_ZERO(env, qw_gltf_rest, 1),
+                   .text = none,
+                   .bytes = none,
+                   .views = none,
+                   .images = none,
+                   .textures = none,
+                   .materials = none,
+                   .level = level};
+}
+
+qw_gltf_rest *qw_gltf_of_looks(qw_env *env, const qw_asset_look *const *look, uint32_t count)
+{
+    maker k = begin_maker(env, 0);
     qw_gltf_rest *r = k.rest;
     for (k.level = 0; k.level < count; k.level++) {
         k.look = look[k.level];
-        for (uint32_t tile = 0; tile < k.look->tiles; tile++) put_material(&k, tile);
-        r->material_count += k.look->tiles;
+        put_materials(&k);
     }
     put_head(&k);
     r->views = begin_piece(&k);
@@ -146,14 +175,13 @@ qw_gltf_rest *qw_gltf_of_looks(qw_env *env, const qw_asset_look *const *look, ui
 
 qw_gltf_rest *qw_gltf_of_asset(qw_env *env, const qw_asset_look *look, const double translation[3])
 {
-    const qw_pen none = {.env = env};
-    maker k = {env,   look, QW_NEW_ZERO(env, qw_gltf_rest, 1), none, none, none, none, none, none, 0, QW_NONE,
-               false, false};
-    for (uint32_t tile = 0; tile < look->tiles; tile++) put_material(&k, tile);
+    maker k = begin_maker(env, QW_NONE);
+    k.look = look;
+    put_materials(&k);
     put_head(&k);
     qw_gltf_rest *r = k.rest;
     qw_gltf_object *o = r->object = QW_NEW_ZERO(env, qw_gltf_object, 1);
-    r->object_count = 1, r->material_count = look->tiles;
+    r->object_count = 1;
     for (int i = 0; i < 12; i++) o->to_local[i] = i % 5 == 0 ? 1 : i % 4 == 3 ? -translation[i / 4] : 0;
     o->nodes = begin_piece(&k);
     qw_pen_text(&k.text, "{");

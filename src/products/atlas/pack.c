@@ -16,7 +16,7 @@
 #include <string.h>
 
 enum {
-    SLOTS = 8,          /* orders that are tried at a time */
+    SLOTS = 8,          /* orders that are tried at a time, at most */
     ANY_TURN = 4,       /* of a piece: the quarter turn whose place is lowest */
     COARSE_CELLS = 512, /* along a side, while orders are tried */
     FINE_CELLS = 1024,  /* while pieces are pushed */
@@ -47,7 +47,7 @@ typedef struct packing {
 typedef struct packer {
     qw_env *env;
     qw_piece *piece;
-    uint32_t count, tiles;
+    uint32_t count, tiles, slots;  /* slots: as many as the effort allows of so many pieces */
     uint32_t cells, border, reach; /* cells along a tile; the margins in cells */
     uint32_t side, stride;         /* of a tile with these; with what lies beyond its end */
     uint32_t tried, batches;       /* batches so far, of so many; 0: nobody is told */
@@ -260,7 +260,7 @@ static void order_by_chance(const packer *k, packing *a, uint64_t seed)
 /* The first orders: by area, by the longer side, by the sides' sum, by the box; and by chance. */
 static void begin_orders(packer *k)
 {
-    for (uint32_t s = 0; s < SLOTS; s++) {
+    for (uint32_t s = 0; s < k->slots; s++) {
         order_by_chance(k, &k->slot[s], s);
         for (uint32_t i = 0; i < k->count && s < 4; i++) {
             double least[2], size[2];
@@ -297,8 +297,8 @@ static void try_slots(packer *k)
     if (k->batches == 0) qw_heartbeat(k->env);
     else qw_progress_work(k->env, PACKING + (1 - PACKING) * done / (k->batches + 1));
     k->tried++;
-    qw_parallel(k->env, SLOTS, 1, place_slots, k);
-    for (uint32_t i = 1; i < SLOTS; i++)
+    qw_parallel(k->env, k->slots, 1, place_slots, k);
+    for (uint32_t i = 1; i < k->slots; i++)
         if (k->slot[i].top < k->slot[least].top) least = i;
     if (k->slot[least].top == UINT32_MAX || k->slot[least].top > k->best.top) return;
     copy_packing(k, &k->best, &k->slot[least]);
@@ -307,9 +307,9 @@ static void try_slots(packer *k)
 /* Orders near the best, the first of them the best itself where the scale is new; and others far from it. */
 static void try_near(packer *k)
 {
-    for (uint32_t s = 0; s < SLOTS; s++) {
+    for (uint32_t s = 0; s < k->slots; s++) {
         uint64_t seed = ((uint64_t)k->tried << 16 | s) << 16;
-        if (s >= SLOTS / 2) {
+        if (s > 0 && s >= k->slots / 2) {
             order_by_chance(k, &k->slot[s], seed);
             continue;
         }
@@ -371,7 +371,8 @@ static void set_cells(packer *k, const qw_pack_options *o, uint32_t cells, uint3
 
 static void begin_boards(packer *k)
 {
-    for (uint32_t s = 0; s < SLOTS; s++) k->slot[s].board = qw_board_of(k->env, k->stride, (k->tiles + 1) * k->stride);
+    for (uint32_t s = 0; s < k->slots; s++)
+        k->slot[s].board = qw_board_of(k->env, k->stride, (k->tiles + 1) * k->stride);
 }
 
 static void begin_pushing(packer *k)
@@ -394,27 +395,40 @@ static double room_above(const packer *k)
     return fmax(0.9, sqrt(ratio));
 }
 
+/* Whether the pieces may have room at a scale: each with the cells of its margin on two sides covers no cell of
+   another's, and by Brunn and Minkowski these are no fewer than those of squares of the same areas. */
+static bool may_fit(const packer *k, double scale)
+{
+    double cells = 0, all = (double)k->tiles * k->side * k->side;
+    for (uint32_t i = 0; i < k->count && cells <= all; i++) {
+        double side = fmax(sqrt(k->area[i]) * scale * k->cells, 1) + k->reach;
+        cells += side * side;
+    }
+    return cells <= all;
+}
+
 /* Lowers the scale until something fits; the slots are set. */
 static void settle(packer *k, const qw_pack_options *o, double scale)
 {
     double least = sqrt(LEAST_SHARE * o->tiles / k->total);
+    while (scale >= least && !may_fit(k, scale)) scale *= 0.9;
     for (uint32_t i = 0;; i++) {
+        if (scale < least)
+            qw_fail(k->env, QW_ARGUMENT, -1,
+                    "%u charts with a margin of %u texels have no room in %u texture(s) of %u x %u", k->count,
+                    o->margin, o->tiles, o->texels, o->texels);
         begin_scale(k, scale, NULL);
         if (i == 0) try_slots(k);
         else try_near(k);
         if (k->best.top <= k->side) break;
         scale *= i < SETTLES ? fmin(room_above(k), 1 / STEP) : 0.9;
-        if (scale < least)
-            qw_fail(k->env, QW_ARGUMENT, -1,
-                    "%u charts with a margin of %u texels have no room in %u texture(s) of %u x %u", k->count,
-                    o->margin, o->tiles, o->texels, o->texels);
     }
     keep_good(k);
 }
 
 static uint32_t batches_of(const packer *k)
 {
-    uint32_t batches = EFFORT / (SLOTS * k->count) + 1;
+    uint32_t batches = EFFORT / (k->slots * k->count) + 1;
     return batches < MOST_BATCHES ? batches : MOST_BATCHES;
 }
 
@@ -620,10 +634,11 @@ qw_packing qw_pack(qw_env *env, qw_piece *piece, uint32_t count, const qw_pack_o
     if (count == 0) return found;
     qw_scope_begin(env);
     k.area = QW_NEW_ZERO(env, double, count), k.key = QW_NEW(env, double, count);
+    k.slots = EFFORT / count < 1 ? 1 : EFFORT / count < SLOTS ? EFFORT / count : SLOTS;
     k.thin = QW_NEW_ZERO(env, qw_mask, 4 * (size_t)count), k.wide = QW_NEW_ZERO(env, qw_mask, 4 * (size_t)count);
     k.scratch = QW_NEW_ZERO(env, qw_mask, 4 * (size_t)count);
     k.first_run = QW_NEW(env, uint32_t, 4 * (size_t)count + 1);
-    for (uint32_t s = 0; s < SLOTS; s++) k.slot[s] = new_packing(&k);
+    for (uint32_t s = 0; s < k.slots; s++) k.slot[s] = new_packing(&k);
     k.best = new_packing(&k), k.good = new_packing(&k);
     measure(&k);
     if (o->scale > 0) fit_scale(&k, o);

@@ -136,6 +136,7 @@ static void add_sample(visit *v, int lane, const qw_sight *s, const qw_seen *see
     const baker *b = v->b;
     uint32_t i = (v->y[lane] - v->y0) * TILE + v->x[lane] - v->x0;
     uint64_t chance = ((uint64_t)v->y[lane] << 32 | v->x[lane]) * 64 + v->s[lane];
+    uint32_t halves = b->samples > 1 ? 2 : 1, half = (v->s[lane] + v->s[lane] / b->samples) % halves; /* of the rays */
     if (s->triangle == QW_NONE) {
         v->sums->sum[i][6] += 1, v->sums->missed[i] = 1;
         return;
@@ -157,7 +158,7 @@ static void add_sample(visit *v, int lane, const qw_sight *s, const qw_seen *see
                            s->height};
     if (b->maps >> QW_MAP_OCCLUSION & 1)
         value[13] = qw_openness(b->look->source->bvh, &b->rays, s->point, b->look->source->normal[s->triangle], 1e-5f,
-                                (double)(qw_mix(chance) >> 11) * 0x1p-53, OCCLUSION_REACH, s->triangle);
+                                (double)(qw_mix(chance) >> 11) * 0x1p-53, OCCLUSION_REACH, s->triangle, half, halves);
     for (int k = 0; k < VALUES; k++) v->sums->sum[i][k] += value[k];
     v->sums->missed[i] |= s->is_missed;
 }

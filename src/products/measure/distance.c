@@ -235,17 +235,16 @@ static int64_t flipped_faces(qw_env *env, const qw_surface *from, const qw_surfa
     return count * task.step;
 }
 
-/* By the surface, or by what it is known from else. */
-static int64_t flipped_by(qw_env *env, const qw_surface *out, const qw_surface *in, const qw_mesh_view *against,
-                          const qw_sides *sides, const qw_frame *frame, uint32_t faces, float edge)
+/* By the surface, and by the one that the mesh is known to be made of. */
+static void count_both(qw_env *env, const qw_surface *out, const qw_surface *in, const qw_mesh_view *against,
+                       const qw_sides *sides, const qw_frame *frame, uint32_t faces, float edge, qw_quality *quality)
 {
-    if (sides && sides->origin) {
-        qw_polygon_edges edges = qw_find_polygon_edges(env, sides->origin);
-        qw_surface origin = qw_surface_make(env, sides->origin, edges.face_begin, frame);
-        if (origin.mesh.face_count > 0) return flipped_faces(env, out, &origin, NULL, faces, edge);
-    }
     uint8_t *sheets = spread_seen(env, in, against->face_count, sides ? sides->seen : NULL, QW_SEEN_BOTH);
-    return flipped_faces(env, out, in, sheets, faces, edge);
+    quality->flipped_faces = quality->opposing_faces = flipped_faces(env, out, in, sheets, faces, edge);
+    if (!sides || !sides->origin) return;
+    qw_polygon_edges edges = qw_find_polygon_edges(env, sides->origin);
+    qw_surface origin = qw_surface_make(env, sides->origin, edges.face_begin, frame);
+    if (origin.mesh.face_count > 0) quality->flipped_faces = flipped_faces(env, out, &origin, NULL, faces, edge);
 }
 
 /* ---- sharp edges */
@@ -361,7 +360,7 @@ void qw_measure_distances(qw_env *env, const qw_mesh_view *mesh, const qw_polygo
         quality->chamfer = 0.5 * (there.mean + back.mean) / edge;
         quality->hausdorff_p999 = fmax(there.p999, back.p999) / edge;
         quality->hausdorff = fmax(there.most, back.most) / edge;
-        quality->flipped_faces = flipped_by(env, &out, &in, against, sides, &frame, mesh->face_count, (float)edge);
+        count_both(env, &out, &in, against, sides, &frame, mesh->face_count, (float)edge, quality);
         measure_sharp(env, &out, mesh, edges, &in, against, sides ? sides->seen : NULL, edge, quality);
         qw_measure_shape(env, mesh, edges, &out, against, &in, frame.scale, quality);
     }

@@ -192,7 +192,7 @@ static engine *make_engine(qw_env *env, const qw_quadmesh *quads, const qw_flip_
     g->window = QW_NEW_ZERO(env, qw_window, 1);
     g->known = QW_NEW(env, qw_faults, faces), g->failed = QW_NEW(env, uint8_t, faces);
     *s = (qw_repair_site){.env = env, .e = qw_quad_edit_open(env, quads), .surface = repair->surface, .tree = tree};
-    s->edge = edge;
+    s->edge = edge, s->stays = repair->stays;
     if (repair->curves) s->curves = *repair->curves;
     s->judge = (qw_flip_judge){.surface = repair->surface, .tree = tree, .edge = edge};
     s->home = memcpy(QW_NEW(env, qw_vec3, vertices), quads->position, vertices * sizeof(qw_vec3));

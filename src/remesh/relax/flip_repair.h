@@ -12,6 +12,7 @@ typedef struct qw_flip_repair {
     const qw_bvh *tree;        /* of the surface; NULL: it is built where it is needed */
     qw_curve_binding *curves;  /* of the quads' vertices, changed with them; NULL: none is bound */
     const qw_vec3 *ground;     /* qw_vec3[vertices]: normal of the surface where each lies, or 0; may be NULL */
+    const uint8_t *stays;      /* uint8_t[vertices]: 1: does not move; NULL: all may */
 } qw_flip_repair;
 
 typedef struct qw_flip_counts {

@@ -71,7 +71,7 @@ static void index_window(qw_window *p)
 static qw_role role_of(const qw_repair_site *s, uint32_t v, qw_freedom freedom)
 {
     bool bound = s->curves.edge && s->curves.edge[v] != QW_NONE, on_curve = bound || s->e.mesh.kind[v];
-    if (!is_inside(s, v)) return QW_ROLE_FIXED;
+    if (!is_inside(s, v) || (s->stays && s->stays[v])) return QW_ROLE_FIXED;
     if (!on_curve) return QW_ROLE_FREE;
     if (bound) return QW_ROLE_BOUND;
     return freedom == QW_CORNERS_SLIDE && s->all_curves ? QW_ROLE_CORNER : QW_ROLE_FIXED;

@@ -42,6 +42,7 @@ typedef struct qw_repair_site {
     float least_area;                /* a quad counts as no smaller, times two */
     qw_curve_binding curves;         /* edge: NULL where no vertex is bound */
     const qw_curve_tree *all_curves; /* NULL: there are none, or none may be left */
+    const uint8_t *stays;            /* uint8_t[vertices]: 1: fixed; NULL: none is */
     const qw_vec3 *home;             /* qw_vec3[vertices]: where they were at first */
     qw_vec3 *ground; /* qw_vec3[vertices]: normal of the surface where a vertex lies, 0 where that is unknown */
     uint64_t budget; /* steps left: a vertex that searches, or a quad that is judged */

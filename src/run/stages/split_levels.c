@@ -13,6 +13,7 @@
 #include "products/limit/jacobian.h"
 #include "products/limit/stencils.h"
 #include "remesh/relax/fit.h"
+#include "remesh/relax/flip_repair.h"
 #include "geometry/quad_moves.h"
 #include "whole/half.h"
 
@@ -341,6 +342,24 @@ static void fit_quads(leveling *l)
     qw_fit_quads(run->env, &l->quads, &fit);
 }
 
+/* Flipped quads and inverted corners are repaired by vertices off all curves. Those of a reflection follow later. */
+static void repair_flips(leveling *l)
+{
+    const qw_run_state *run = l->run;
+    const qw_quadmesh *q = &l->quads;
+    if (!run->options.repair) return;
+    uint8_t *stays = QW_NEW_ZERO(run->env, uint8_t, q->vertex_count),
+            *flipped = QW_NEW(run->env, uint8_t, q->face_count);
+    bool follows = run->mirror.is_used && !qw_sides_differ(run);
+    for (uint32_t h = 4 * l->reflected; h < 4 * q->face_count; h++) stays[q->corner[h]] = 2;
+    for (uint32_t h = 0; h < 4 * l->reflected; h++)
+        if (stays[q->corner[h]] == 2) stays[q->corner[h]] = 1;
+    for (uint32_t v = 0; v < q->vertex_count; v++)
+        stays[v] = stays[v] == 1 || (follows && stays[v] == 2) || (l->stays && l->stays[v]);
+    const qw_flip_repair repair = {.surface = &l->surface, .tree = l->shape.tree, .stays = stays};
+    qw_repair_flips(run->env, &l->quads, &repair, flipped);
+}
+
 /* Splits the quads as often as asked, each level put onto the shape. */
 static void split_all(leveling *l)
 {
@@ -353,7 +372,9 @@ static void split_all(leveling *l)
         split_once(l);
         if (!is_fitted || k + 1 == times) qw_put_on_shape(run->env, &l->quads, &l->shape, NULL);
     }
+    repair_flips(l);
     fit_quads(l);
+    repair_flips(l);
 }
 
 void qw_require_levels(const qw_run_state *run)
