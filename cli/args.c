@@ -39,12 +39,12 @@ static bool same_text(const char *a, const char *b, bool fold)
     return *a == *b;
 }
 
+const char *const qw_format_words[] = {"auto", "obj", "ply", "off", "stl", "glb", "gltf", "msh", "vtu", "inp", "bdf"};
+
 static qw_status parse_format(parser *p, const char *value)
 {
-    static const char *const names[] = {"auto", "obj", "ply", "off", "stl", "glb",
-                                        "gltf", "msh", "vtu", "inp", "bdf"}; /* as qw_format has them */
     for (int i = 0; i <= QW_FORMAT_BDF; i++)
-        if (same_text(value, names[i], true)) {
+        if (same_text(value, qw_format_words[i], true)) {
             p->out->format = (qw_format)i;
             return QW_OK;
         }
@@ -455,25 +455,15 @@ static qw_status settle_format(parser *p)
 {
     qw_arguments *a = p->out;
     if (!a->output || a->format != QW_FORMAT_AUTO) return QW_OK;
-    a->format = QW_FORMAT_OBJ;
-    if (strcmp(a->output, "-") == 0 || ends_with(a->output, ".obj")) return QW_OK;
-    if (ends_with(a->output, ".ply")) a->format = QW_FORMAT_PLY;
-    else if (ends_with(a->output, ".off")) a->format = QW_FORMAT_OFF;
-    else if (ends_with(a->output, ".stl")) a->format = QW_FORMAT_STL;
-    else if (ends_with(a->output, ".glb")) a->format = QW_FORMAT_GLB;
-    else if (ends_with(a->output, ".gltf")) a->format = QW_FORMAT_GLTF;
-    else if (ends_with(a->output, ".msh")) a->format = QW_FORMAT_MSH;
-    else if (ends_with(a->output, ".vtu")) a->format = QW_FORMAT_VTU;
-    else if (ends_with(a->output, ".inp")) a->format = QW_FORMAT_INP;
-    else if (ends_with(a->output, ".bdf")) a->format = QW_FORMAT_BDF;
-    else
-        return refuse(
-            p, QW_FORMAT_UNKNOWN,
-            "the ending of %.200s names no format that can be written; use .obj, .ply, .off, .stl, .glb, .gltf, "
-            ".msh, .vtu, .inp or .bdf, "
-            "or --format",
-            a->output);
-    return QW_OK;
+    const char *dot = strrchr(a->output, '.');
+    if (strcmp(a->output, "-") == 0) a->format = QW_FORMAT_OBJ;
+    for (int i = QW_FORMAT_OBJ; i <= QW_FORMAT_BDF && dot && dot > a->output; i++)
+        if (same_text(dot + 1, qw_format_words[i], true)) a->format = (qw_format)i;
+    if (a->format != QW_FORMAT_AUTO) return QW_OK;
+    return refuse(p, QW_FORMAT_UNKNOWN,
+                  "the ending of %.200s names no format that can be written; use .obj, .ply, .off, .stl, .glb, .gltf, "
+                  ".msh, .vtu, .inp or .bdf, or --format",
+                  a->output);
 }
 
 static qw_status check_bake(parser *p)

@@ -29,6 +29,8 @@ typedef enum qw_command {
 /* Normals of the result: what the input has, none, or those of the quads. */
 typedef enum qw_normals { QW_NORMALS_CARRIED, QW_NORMALS_NONE, QW_NORMALS_SMOOTH, QW_NORMALS_SPLIT } qw_normals;
 
+extern const char *const qw_format_words[]; /* by qw_format */
+
 /* Strings belong to argv. */
 typedef struct qw_arguments {
     qw_command command;

@@ -92,8 +92,6 @@ static char *inner_name(const char *path)
 
 static bool add(const qw_arguments *a, batch_list *list, const char *input, const char *path_in_out)
 {
-    static const char *const endings[] = {"", ".quads.obj", ".quads.ply", ".quads.off",
-                                          "", ".quads.glb", ".quads.gltf"};
     char *name = inner_name(path_in_out);
     if (!name) return false;
     if (!name[0] || !is_of_shard(a, name)) {
@@ -111,7 +109,7 @@ static bool add(const qw_arguments *a, batch_list *list, const char *input, cons
     }
     char *stem = join(a->output, "/", name);
     batch_model m = {.name = name, .input = join(input, "", "")};
-    if (stem) m.output = join(stem, "", endings[a->format]), m.record = join(stem, "", ".record.json");
+    if (stem) m.output = join(stem, ".quads.", qw_format_words[a->format]), m.record = join(stem, "", ".record.json");
     free(stem);
     list->model[list->count++] = m;
     return m.input && m.output && m.record;

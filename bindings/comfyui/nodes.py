@@ -305,7 +305,7 @@ class Save:
             "required": {
                 "quads": (Any("*"),),
                 "filename_prefix": ("STRING", {"default": "3d/quads"}),
-                "format": (["glb", "obj", "ply", "off", "gltf"],),
+                "format": (["glb", "obj", "ply", "off", "stl", "gltf"],),
             }
         }
 

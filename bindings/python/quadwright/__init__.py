@@ -689,7 +689,7 @@ def _may_be_gltf(path):
     return head.startswith((b"glTF", b"{"))
 
 
-_FORMATS = {"auto": 0, "obj": 1, "ply": 2, "off": 3, "glb": 5, "gltf": 6, "msh": 7, "vtu": 8, "inp": 9, "bdf": 10}  # qw_format
+_FORMATS = {"auto": 0, "obj": 1, "ply": 2, "off": 3, "stl": 4, "glb": 5, "gltf": 6, "msh": 7, "vtu": 8, "inp": 9, "bdf": 10}  # qw_format
 
 
 def _format_of(path, format):
@@ -705,8 +705,8 @@ def _format_of(path, format):
 
 
 def save(path, vertices, faces=None, /, *, face_sizes=None, attributes=None, format="auto"):
-    """Writes OBJ, PLY (binary, doubles), OFF, GLB or glTF, or for simulation MSH (Gmsh), VTU (VTK), INP (Abaqus) or BDF (Nastran); the file is whole or
-    untouched. format: "obj", "ply", "off", "glb", "gltf", "msh", "vtu", "inp", "bdf", or "auto": by the name.
+    """Writes OBJ, PLY (binary, doubles), OFF, STL, GLB or glTF, or for simulation MSH (Gmsh), VTU (VTK), INP (Abaqus) or BDF (Nastran); the file is whole or
+    untouched. format: "obj", "ply", "off", "stl", "glb", "gltf", "msh", "vtu", "inp", "bdf", or "auto": by the name.
 
     attributes: as of remesh(); None: those of the mesh, {}: none. Written as far as the format holds them: OBJ "uv", "normal", "color" and the labels
     "object", "group", "material", "smoothing"; PLY all but weights and normals by corners; OFF "color"; GLB and glTF as docs/attributes.md tells, with the scene of the file that the surface is from. Faces

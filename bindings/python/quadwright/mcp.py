@@ -50,7 +50,7 @@ def _text(description, **more):
 
 
 _FILE = "OBJ, PLY, OFF, STL, GLB or glTF"
-_INPUT, _OUTPUT = _text(f"the surface, a file ({_FILE})"), _text("the file to write; its ending says the format: .obj, .ply, .off, .glb, .gltf, or for simulation .msh, .vtu, .inp, .bdf")
+_INPUT, _OUTPUT = _text(f"the surface, a file ({_FILE})"), _text("the file to write; its ending says the format: .obj, .ply, .off, .stl, .glb, .gltf, or for simulation .msh, .vtu, .inp, .bdf")
 _STEPS = {
     "faces": _of("faces"),
     "preset": _text("; ".join(f"{name}: {row['help']}" for name, row in quadwright.presets().items()), enum=[*quadwright.presets()]),
@@ -128,7 +128,7 @@ def options(call, name=None):
 
 @_tool("Remesh a folder", "Makes quads of every model below a folder, or assets with `bake`. What is done already, with the same options, is not done again. One model's failure is told and harms no other.",
        ["input", "output"], {"input": _text("the folder of the models"), "output": _text("the folder for a/b.ply.quads.obj and the like"), **_STEPS, "texture": _TEXTURE, "bake": _BAKE,
-                             "format": _text("of what is written", enum=["obj", "ply", "off", "glb", "gltf"])})
+                             "format": _text("of what is written", enum=["obj", "ply", "off", "stl", "glb", "gltf"])})
 def batch(call, input, output, format="obj", options=None, **steps):
     folder, target = call.path(input, "input"), call.path(output, "output")
     if not os.path.isdir(folder):

@@ -30,7 +30,7 @@ def test_shapes(reference):
     assert reference.report["topology"]["euler"] == 0
 
 
-@pytest.mark.parametrize("suffix", ["obj", "ply", "off"])
+@pytest.mark.parametrize("suffix", ["obj", "ply", "off", "stl"])
 def test_bytes_of_the_tool(tool, tmp_path, surface, suffix):
     source, ours, theirs, report = (str(tmp_path / n) for n in ("in.ply", f"ours.{suffix}", f"theirs.{suffix}", "report.json"))
     quadwright.save(source, *surface)
