@@ -3,7 +3,7 @@
 find_program(AWK awk REQUIRED)
 file(REMOVE_RECURSE ${WORK})
 file(MAKE_DIRECTORY ${WORK}/models)
-foreach(row "dancer;8000;character" "bracket;3500;part" "hand;9000;hand" "sheet;4000;garment" "star;6000;star" "bracket;1200;models/a" "knot;1200;models/b")
+foreach(row "dancer;8000;character" "bracket;3500;part" "hand;9000;hand" "sheet;4000;garment" "star;6000;star" "head;40000;head" "bracket;1200;models/a" "knot;1200;models/b")
   list(GET row 0 shape)
   list(GET row 1 faces)
   list(GET row 2 name)
@@ -12,14 +12,25 @@ foreach(row "dancer;8000;character" "bracket;3500;part" "hand;9000;hand" "sheet;
     message(FATAL_ERROR "quadwright-shapes ${shape}")
   endif()
 endforeach()
-# A scan: noise of a hundredth of the size of a hand, and a fragment. A guide that is on the figure: one of its own edges.
+execute_process(COMMAND ${SHAPES} head 40000 ${WORK}/head.glb RESULT_VARIABLE code)
+if(NOT code EQUAL 0)
+  message(FATAL_ERROR "quadwright-shapes head.glb")
+endif()
+# A scan: noise of a hundredth of the size of a hand, and a fragment. Loops around the mouth and an eye of the head: of each direction the vertex of the face that is nearest to an
+# oval.
 execute_process(COMMAND ${AWK} "/^v / { n++; for (i = 2; i <= 4; i++) { r = sin(n * 12.9898 + i * 78.233) * 43758.5453; $i += 0.006 * (r - int(r)) }
     if (n == 1) { x = $2 + 0.1; y = $3; z = $4 } } { print }
   END { print \"v\", x, y, z; print \"v\", x + 0.01, y, z; print \"v\", x, y + 0.01, z; print \"v\", x, y, z + 0.01
     print \"f -4 -2 -3\\nf -4 -3 -1\\nf -4 -1 -2\\nf -3 -2 -1\" }" ${WORK}/hand.obj
   OUTPUT_FILE ${WORK}/scan.obj RESULT_VARIABLE code)
-execute_process(COMMAND ${AWK} "/^v / { v[++n] = $0 } /^f / && ++f == 400 { print v[$2 + 0]; print v[$3 + 0]; print \"l 1 2\" }" ${WORK}/character.obj
-  OUTPUT_FILE ${WORK}/rings.obj RESULT_VARIABLE more)
+execute_process(COMMAND ${AWK} "BEGIN { n = split(\"0 -0.285 0.18 0.11 0.17 0.09 0.135 0.095\", oval, \" \") }
+  /^v / && $4 > 0 { x[++front] = $2; y[front] = $3; z[front] = $4 }
+  END { for (i = 1; i < n; i += 4) { first = made + 1; line = \"l\"
+      for (k = 0; k < 12; k++) { a = oval[i] + oval[i + 2] * cos(k * 0.5235988); b = oval[i + 1] + oval[i + 3] * sin(k * 0.5235988); least = 100
+        for (v = 1; v <= front; v++) { d = (x[v] - a) ^ 2 + (y[v] - b) ^ 2; if (d < least) { least = d; at = v } }
+        print \"v\", x[at], y[at], z[at]; line = line \" \" (++made) }
+      print \"g rings 3\"; print line, first } }" ${WORK}/head.obj
+  OUTPUT_FILE ${WORK}/loops.obj RESULT_VARIABLE more)
 if(NOT code EQUAL 0 OR NOT more EQUAL 0)
   message(FATAL_ERROR "awk: ${code} ${more}")
 endif()

@@ -237,6 +237,33 @@ static void ovals_have_rings_inside(void **state)
     shape_free(&s);
 }
 
+/* Of two loops that a person draws on both sides of a plane, which are never quite alike, one stands for both. */
+static void loops_on_both_sides_are_one(void **state)
+{
+    (void)state;
+    shape s = shape_sphere(32);
+    qw_options options;
+    qw_context *context = context_with(&s, 3000, &options);
+    options.symmetry = 4; /* z */
+    for (int run = 0; run < 4; run++) {
+        double p[2][DRAWN][3];
+        for (int side = 0; side < 2; side++) draw_oval(0.45 + 0.01 * run * side, 0.1, p[side]);
+        for (int i = 0; i < DRAWN; i++) p[1][i][2] *= -1;
+        const qw_guide guides[2] = {{sizeof *guides, QW_GUIDE_LOOP, 1, DRAWN, p[0][0], 4},
+                                    {sizeof *guides, QW_GUIDE_LOOP, 1, DRAWN, p[1][0], 4}};
+        qw_mesh_view quads;
+        assert_int_equal(qw_set_guides(context, guides, 2), QW_OK);
+        if (qw_run(context, &options) != QW_OK) fail_msg("%s", qw_message(context));
+        qw_get_mesh(context, &quads);
+        uint32_t edges, found = count_rings(&quads, 1, &edges);
+        printf("loops that differ by %d hundredths: %u rings\n", run, found);
+        assert_int_equal(qw_get_report(context)->nests, 1);
+        assert_true(found >= 7);
+    }
+    qw_destroy(context);
+    shape_free(&s);
+}
+
 /* A ball with a bulb sunk into it, whose rim is narrower than what lies inside. */
 static shape ball_with_socket(void)
 {
@@ -275,9 +302,9 @@ static void a_socket_gets_rings_by_itself(void **state)
 QW_TEST_SUITE(nests)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(directions_run_around),         cmocka_unit_test(necks_are_found),
-        cmocka_unit_test(one_guide_gives_rings),         cmocka_unit_test(ovals_have_rings_inside),
-        cmocka_unit_test(a_socket_gets_rings_by_itself),
+        cmocka_unit_test(directions_run_around),       cmocka_unit_test(necks_are_found),
+        cmocka_unit_test(one_guide_gives_rings),       cmocka_unit_test(ovals_have_rings_inside),
+        cmocka_unit_test(loops_on_both_sides_are_one), cmocka_unit_test(a_socket_gets_rings_by_itself),
     };
     return cmocka_run_group_tests_name("nests", tests, NULL, NULL);
 }

@@ -5,6 +5,7 @@
  * put together from square cells, some with a round hole, so that their sharp edges are exact. The knot and the strip
  * are parametric. FACES is met roughly: the resolution is a whole number. The same file on every machine. */
 #include "base/elementary.h"
+#include "quadwright/quadwright.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -134,6 +135,41 @@ static double hand(vec p)
         d = join(d, limb(p, v3(f[0], f[1], 0), v3(f[2], f[3], 0.06), f[4], 0.8 * f[4]), 0.05);
     }
     return d;
+}
+
+/* About the distance to an ellipsoid. */
+static double ellipsoid(vec p, vec middle, vec radii)
+{
+    vec q = sub(p, middle);
+    return (length(v3(q.x / radii.x, q.y / radii.y, q.z / radii.z)) - 1) * fmin(radii.x, fmin(radii.y, radii.z));
+}
+
+static double without(double a, double b, double k) { return -join(-a, b, k); }
+
+/* Where its mouth and eyes are, as seen from the front, and how wide and high. */
+typedef struct opening {
+    const char *target;
+    double x, y, wide, high;
+} opening;
+static const opening openings[] = {{"target:open mouth", 0, -0.285, 0.17, 0.08},
+                                   {"target:close right eye", -0.17, 0.09, 0.12, 0.07},
+                                   {"target:close left eye", 0.17, 0.09, 0.12, 0.07}};
+enum { OPENINGS = sizeof openings / sizeof *openings };
+
+static double head(vec p)
+{
+    vec q = v3(fabs(p.x), p.y, p.z); /* both sides alike */
+    double d = join(ellipsoid(q, v3(0, 0.22, -0.08), v3(0.44, 0.5, 0.52)),
+                    limb(q, v3(0, -0.02, 0.08), v3(0, -0.38, 0.24), 0.34, 0.15), 0.2);
+    d = join(d, limb(q, v3(0, -0.3, -0.12), v3(0, -0.68, -0.16), 0.22, 0.25), 0.16);  /* neck */
+    d = join(d, limb(q, v3(0, 0.14, 0.42), v3(0, -0.1, 0.5), 0.035, 0.06), 0.12);     /* nose */
+    d = join(d, limb(q, v3(0.05, 0.21, 0.42), v3(0.25, 0.2, 0.34), 0.03, 0.03), 0.1); /* brows */
+    d = join(d, ellipsoid(q, v3(0.44, 0.06, -0.06), v3(0.07, 0.15, 0.1)), 0.08);      /* ears */
+    d = without(d, ellipsoid(q, v3(0.17, 0.09, 0.47), v3(0.11, 0.06, 0.16)), 0.1);    /* lids */
+    d = join(d, length(sub(q, v3(0.17, 0.09, 0.32))) - 0.09, 0.04);                   /* eyes */
+    d = join(d, limb(q, v3(0, -0.24, 0.4), v3(0.1, -0.27, 0.36), 0.035, 0.02), 0.08); /* lips */
+    d = join(d, limb(q, v3(0, -0.33, 0.39), v3(0.1, -0.3, 0.36), 0.04, 0.02), 0.08);
+    return without(d, ellipsoid(q, v3(0, -0.285, 0.45), v3(0.14, 0.02, 0.14)), 0.08); /* mouth */
 }
 
 static double star(vec p)
@@ -491,6 +527,7 @@ static const shape shapes[] = {
     {"lattice", "a cube of struts: twelve handles", lattice, NULL},
     {"dancer", "a figure with thin limbs on a plinth", dancer, NULL},
     {"hand", "a hand with thin fingers", hand, NULL},
+    {"head", "a head, with a mouth and eyes; in a GLB with targets that open and close them", head, NULL},
     {"star", "a ball with twenty spikes", star, NULL},
     {"bracket", "an angle bracket with six holes and exact sharp edges", NULL, bracket_of},
     {"sheet", "a wavy open sheet with round holes", NULL, sheet_of},
@@ -520,6 +557,44 @@ static int write_obj(const mesh *m, const char *path)
     return fclose(file) == 0 ? 0 : 1;
 }
 
+/* How far each target moves the vertices of the head: all of a mouth or an eye, and less farther out. */
+static float *offsets_of(const mesh *m, const opening *o)
+{
+    float *offset = calloc(3 * m->vertex_count, sizeof *offset);
+    for (size_t i = 0; offset && i < m->vertex_count; i++) {
+        vec p = m->position[i];
+        double far =
+            sqrt((p.x - o->x) * (p.x - o->x) / (o->wide * o->wide) + (p.y - o->y) * (p.y - o->y) / (o->high * o->high));
+        double near = p.z > 0 ? fmin(fmax(1 - far / 2, 0), 1) : 0;
+        offset[3 * i + 1] = (float)(-o->high * near * near * (3 - 2 * near));
+    }
+    return offset;
+}
+
+static int write_glb(const mesh *m, const char *path)
+{
+    qw_attribute target[OPENINGS];
+    const qw_mesh_view view = {.size = sizeof view,
+                               .vertex_count = (uint32_t)m->vertex_count,
+                               .face_count = (uint32_t)m->face_count,
+                               .uniform_face_size = 3,
+                               .positions = &m->position->x,
+                               .corners = m->corner[0]};
+    for (int i = 0; i < OPENINGS; i++)
+        target[i] = (qw_attribute){.size = sizeof *target,
+                                   .name = openings[i].target,
+                                   .components = 3,
+                                   .count = view.vertex_count,
+                                   .values = offsets_of(m, &openings[i])};
+    qw_mesh *made;
+    qw_status status = qw_mesh_wrap(&view, target, OPENINGS, NULL, NULL, NULL, &made);
+    if (status == QW_OK) status = qw_mesh_save(made, path, QW_FORMAT_GLB);
+    if (status != QW_OK) fprintf(stderr, "quadwright-shapes: %s\n", qw_mesh_message(made));
+    qw_mesh_destroy(made);
+    for (int i = 0; i < OPENINGS; i++) free((void *)target[i].values);
+    return status == QW_OK ? 0 : 1;
+}
+
 int main(int argc, char **argv)
 {
     if (argc != 4) return usage();
@@ -531,7 +606,9 @@ int main(int argc, char **argv)
     for (size_t i = 0; i < sizeof shapes / sizeof shapes[0]; i++) {
         if (strcmp(argv[1], shapes[i].name) != 0) continue;
         mesh m = shapes[i].solid ? solid_of(shapes[i].solid, (size_t)faces) : resolved(shapes[i].make, (size_t)faces);
-        int code = write_obj(&m, argv[3]);
+        size_t letters = strlen(argv[3]);
+        bool moves = shapes[i].solid == head && letters > 4 && strcmp(argv[3] + letters - 4, ".glb") == 0;
+        int code = moves ? write_glb(&m, argv[3]) : write_obj(&m, argv[3]);
         clear(&m);
         return code;
     }

@@ -8,8 +8,10 @@
 
 #include <math.h>
 
-/* Where movement changes within so many edges, directions count in full. */
-static const float MOTION_EDGES = 6;
+/* Where all of a movement changes within so many radii of a limb, its directions count in full, and where it changes
+   more slowly by the square of that. A limb's radius is told by how far it bends within an edge, which is known down to
+   LEAST_BEND. */
+static const float MOTION_RADII = 1, LEAST_BEND = 0.12f;
 
 static bool is_asked(const qw_run_state *run)
 {
@@ -22,9 +24,10 @@ static void add_motion(const qw_run_state *run, qw_vec3 *asked)
     const qw_trimesh *mesh = &run->working.mesh;
     qw_vec3 *change = qw_motion_on(run, mesh->position, run->normal, mesh->vertex_count);
     for (uint32_t v = 0; v < mesh->vertex_count; v++) {
-        float share = fminf(MOTION_EDGES * (float)run->rho * qw_length(change[v]), 1);
+        float bend = fmaxf(run->alignment ? qw_length(run->alignment[v]) : 0, LEAST_BEND),
+              share = fminf(MOTION_RADII * (float)run->rho * qw_length(change[v]) / bend, 1);
         if (qw_length2(asked[v]) == 0)
-            asked[v] = qw_scale(qw_normalize(change[v]), share * (float)run->options.follow_motion);
+            asked[v] = qw_scale(qw_normalize(change[v]), share * share * (float)run->options.follow_motion);
     }
     qw_free(run->env, change);
 }

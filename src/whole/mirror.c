@@ -300,11 +300,11 @@ static double height_of(const folding *f, uint32_t point)
 static void reflect_guide(folding *f, uint32_t guide)
 {
     bool is_drawn = f->drawn != NULL;
+    float near = qw_drawn_alike(f->from, guide, f->frame->scale);
     for (uint32_t i = f->from->guide_begin[guide]; i < f->from->guide_begin[guide + 1]; i++) {
         double reflected[3];
         qw_reflect(f->plane, f->from->guide_point + 3 * (size_t)i, reflected);
-        is_drawn = is_drawn &&
-                   qw_curve_nearest(f->drawn, qw_in_frame(f->frame, reflected), QW_DRAWN_ALIKE).segment != QW_NONE;
+        is_drawn = is_drawn && qw_curve_nearest(f->drawn, qw_in_frame(f->frame, reflected), near).segment != QW_NONE;
         put_point(f, reflected);
     }
     if (is_drawn) f->end = f->begin;

@@ -25,6 +25,18 @@ static qw_vec3 reflected_direction(const qw_mirror_plane *plane, qw_vec3 d)
     return qw_madd(d, -2 * qw_dot(d, normal), normal);
 }
 
+/* Of its length how far a loop with rings may be from the reflection of another and still stand for it, a quarter of
+   its radius: there is no room for rings around both. */
+static const double RINGS_ALIKE = 0.04;
+
+float qw_drawn_alike(const qw_steering *s, uint32_t guide, double scale)
+{
+    double length = 0;
+    for (uint32_t i = s->guide_begin[guide]; i + 1 < s->guide_begin[guide + 1]; i++)
+        length += sqrt(qw_distance2_doubles(s->guide_point + 3 * (size_t)i, s->guide_point + 3 * (size_t)i + 3));
+    return s->guide_rings[guide] == 0 ? QW_DRAWN_ALIKE : fmaxf(QW_DRAWN_ALIKE, (float)(RINGS_ALIKE * length * scale));
+}
+
 /* Segments between points of the input, and whether the reflection of each end and middle lies on one. */
 typedef struct segments {
     const qw_run_state *run;
@@ -32,6 +44,7 @@ typedef struct segments {
     uint32_t count;
     qw_vec3 *from, *to; /* in the frame */
     qw_vec3 *mirrored_from, *mirrored_to;
+    float *near; /* how far from one another they may be and are still alike */
 } segments;
 
 static segments begin_segments(const qw_run_state *run, const qw_mirror_plane *plane, size_t most)
@@ -42,12 +55,14 @@ static segments begin_segments(const qw_run_state *run, const qw_mirror_plane *p
                       .from = QW_NEW(env, qw_vec3, most),
                       .to = QW_NEW(env, qw_vec3, most),
                       .mirrored_from = QW_NEW(env, qw_vec3, most),
-                      .mirrored_to = QW_NEW(env, qw_vec3, most)};
+                      .mirrored_to = QW_NEW(env, qw_vec3, most),
+                      .near = QW_NEW(env, float, most)};
 }
 
-static void add_segment(segments *s, const double *p, const double *q)
+static void add_segment(segments *s, float near, const double *p, const double *q)
 {
     const qw_frame *frame = &s->run->whole.clean.frame;
+    s->near[s->count] = near;
     s->from[s->count] = qw_in_frame(frame, p), s->to[s->count] = qw_in_frame(frame, q);
     s->mirrored_from[s->count] = reflected_in_frame(s->run, s->plane, p);
     s->mirrored_to[s->count++] = reflected_in_frame(s->run, s->plane, q);
@@ -60,9 +75,9 @@ static bool are_alike(const segments *s)
     for (uint32_t i = 0; i < s->count; i++) {
         qw_vec3 middle = qw_scale(qw_add(s->mirrored_from[i], s->mirrored_to[i]), 0.5f);
         qw_heartbeat(s->run->env);
-        if (qw_curve_nearest(tree, s->mirrored_from[i], QW_DRAWN_ALIKE).segment == QW_NONE ||
-            qw_curve_nearest(tree, middle, QW_DRAWN_ALIKE).segment == QW_NONE ||
-            qw_curve_nearest(tree, s->mirrored_to[i], QW_DRAWN_ALIKE).segment == QW_NONE)
+        if (qw_curve_nearest(tree, s->mirrored_from[i], s->near[i]).segment == QW_NONE ||
+            qw_curve_nearest(tree, middle, s->near[i]).segment == QW_NONE ||
+            qw_curve_nearest(tree, s->mirrored_to[i], s->near[i]).segment == QW_NONE)
             return false;
     }
     return true;
@@ -75,7 +90,8 @@ static bool guides_are_alike(const qw_run_state *run, const qw_mirror_plane *pla
     segments s = begin_segments(run, plane, st->guide_begin[st->guide_count]);
     for (uint32_t g = 0; g < st->guide_count; g++)
         for (uint32_t i = st->guide_begin[g]; i + 1 < st->guide_begin[g + 1]; i++)
-            add_segment(&s, st->guide_point + 3 * (size_t)i, st->guide_point + 3 * (size_t)i + 3);
+            add_segment(&s, qw_drawn_alike(st, g, run->whole.clean.frame.scale), st->guide_point + 3 * (size_t)i,
+                        st->guide_point + 3 * (size_t)i + 3);
     return are_alike(&s);
 }
 

@@ -23,7 +23,7 @@ def carried(surface):
     labels = (points[faces].mean(axis=1)[:, 0] > 0).astype(np.int64)
     groups = np.tile(np.arange(2), (len(points), 1))
     share = (points[:, :1] + 1.5) / 3
-    return quadwright.remesh(points, faces, faces=600, attributes={
+    return quadwright.remesh(points, faces, faces=600, follow_motion=0, attributes={
         "heat": points[:, 1].astype(np.float32), "uv": corner_uv, "shape": Attribute(smooth(points), "vertex"),
         "normal": points / np.linalg.norm(points, axis=1)[:, None], "side": Attribute(labels, names=["left", "right"]),
         "skin": Attribute(np.concatenate([share, 1 - share], 1), kind="weights", groups=groups), "many": np.tile(points[:, :1], 16)})

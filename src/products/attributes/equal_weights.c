@@ -12,6 +12,9 @@ static const double HALF = 0.5;
 /* Around a place that a target moves as a whole, movement changes alike on all sides: at the least by this share of the
    most. Where a lip leaves the other, or a lid the eye, it does not, and the curve goes around one of the two. */
 static const double ALIKE = 0.25;
+/* Across a joint all of a weight changes within so many of its radii, one over this; slower changes are those of a back
+ * that bends as a whole. */
+static const double LEAST_CHANGE = 0.25;
 
 /* A step of a curve through a triangle; the group has more than half on its left. */
 typedef struct step {
@@ -170,9 +173,12 @@ static bool walk(tracing *t, uint32_t first, part *parts)
 
 static bool is_joint(const tracing *t, const part *parts)
 {
-    double least = INFINITY, most = 0;
-    for (int i = 0; i < POINTS; i++) least = fmin(least, parts[i].change), most = fmax(most, parts[i].change);
-    return t->moves->kind == QW_WEIGHTS || least > ALIKE * most;
+    double least = INFINITY, most = 0, mean = 0, length = 0;
+    for (int i = 0; i < POINTS; i++) {
+        least = fmin(least, parts[i].change), most = fmax(most, parts[i].change), mean += parts[i].change / POINTS;
+        length += sqrt(qw_distance2_doubles(parts[i].place, parts[(i + 1) % POINTS].place));
+    }
+    return t->moves->kind == QW_WEIGHTS ? mean * length > 2 * QW_PI * LEAST_CHANGE : least > ALIKE * most;
 }
 
 static void add_curves(tracing *t, qw_equal_weights *made)
