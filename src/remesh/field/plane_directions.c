@@ -2,6 +2,7 @@
 
 #include "base/constants.h"
 #include "base/elementary.h"
+#include "base/mechanisms.h"
 #include "base/sets.h"
 #include "remesh/field/connection_level.h"
 
@@ -69,6 +70,7 @@ void qw_direct_planes(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal
 {
     assert(mesh->twin && normal && cross && direction);
     qw_scope_begin(env);
+    int64_t directed = 0;
     qw_vec3 *facing = QW_NEW(env, qw_vec3, mesh->face_count);
     for (uint32_t f = 0; f < mesh->face_count; f++) facing[f] = qw_normalize(qw_face_cross(mesh, f));
     uint32_t *first = join_planes(env, mesh, facing);
@@ -81,7 +83,8 @@ void qw_direct_planes(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal
         /* powers: where edges or crosses go more than one way, lines that are held straight cost distance */
         float agree = fmaxf(qw_phasor_of_cross(cross[v], p->normal, d).re, 0);
         d = qw_scale(d, qw_length(d) * agree * agree * agree);
-        if (qw_length2(d) > qw_length2(direction[v])) direction[v] = d;
+        if (qw_length2(d) > qw_length2(direction[v])) direction[v] = d, directed++;
     }
+    qw_did(env, QW_MECH_PLANES, directed);
     qw_scope_end(env);
 }
