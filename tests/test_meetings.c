@@ -292,7 +292,7 @@ static qw_meeting_counts meet(qw_env *env, const whole *s, const double area[2],
     const qw_component *component = &s->components.component[0];
     const qw_complex *c = &component->decimated.complex;
     *d = memcpy(QW_NEW(env, qw_int2, c->edge_count), s->d, c->edge_count * sizeof **d);
-    qw_meeting_request request = {scaled(env, c, s->scale), 1, area[0], area[1], promised[0], promised[1], 1};
+    qw_meeting_request request = {scaled(env, c, s->scale), 1, area[0], area[1], promised[0], promised[1], 1, false};
     return qw_make_meetings(env, component, &request, *d);
 }
 
