@@ -21,8 +21,8 @@ typedef struct whole {
     double scale;
 } whole;
 
-/* A shape's complex with the integers nearest to `quads` quads. */
-static whole whole_of(qw_env *env, qw_trimesh mesh, double quads)
+/* A shape's complex with the integers nearest to `quads` quads, whose lines meet where loops is above 0. */
+static whole whole_with_loops(qw_env *env, qw_trimesh mesh, double quads, double loops)
 {
     whole s;
     qw_offset_mesh m = unit_solve(env, mesh, 0.2f, true).offsets;
@@ -37,13 +37,16 @@ static whole whole_of(qw_env *env, qw_trimesh mesh, double quads)
     const qw_complex *c = &s.components.component[0].decimated.complex;
     double area = 0, cut = 0;
     for (uint32_t h = 0; h < 3 * c->face_count; h += 3) area += qw_cross2(qw_along(c, h), qw_along(c, h + 1)) / 2;
-    qw_search_request request = {.quads = quads, .times = 1, .size = sqrt(quads / area), .effort = 1, .cut = &cut};
+    qw_search_request request = {
+        .quads = quads, .times = 1, .size = sqrt(quads / area), .effort = 1, .cut = &cut, .loops = loops};
     s.d = QW_NEW(env, qw_int2, c->edge_count);
     qw_search_result found = qw_search_integers(env, &s.components, &request, s.d);
     assert_int_equal(found.inverted, 0);
     s.scale = found.scale[0];
     return s;
 }
+
+static whole whole_of(qw_env *env, qw_trimesh mesh, double quads) { return whole_with_loops(env, mesh, quads, 0); }
 
 static qw_real2 *scaled(qw_env *env, const qw_complex *c, double scale)
 {
@@ -292,7 +295,7 @@ static qw_meeting_counts meet(qw_env *env, const whole *s, const double area[2],
     const qw_component *component = &s->components.component[0];
     const qw_complex *c = &component->decimated.complex;
     *d = memcpy(QW_NEW(env, qw_int2, c->edge_count), s->d, c->edge_count * sizeof **d);
-    qw_meeting_request request = {scaled(env, c, s->scale), 1, area[0], area[1], promised[0], promised[1], 1};
+    qw_meeting_request request = {scaled(env, c, s->scale), 1, area[0], area[1], promised[0], promised[1], 1, false};
     return qw_make_meetings(env, component, &request, *d);
 }
 
@@ -668,6 +671,53 @@ static void fewer_strips_cross(void **state)
     qw_env_destroy(env);
 }
 
+/* Three strips for each: as many cross themselves, and lines are three times as long. */
+static void multiplied_strips_lie_side_by_side(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_trimesh shapes[] = {bumpy(env), unit_double_torus(env, 3)};
+    for (size_t i = 0; i < sizeof shapes / sizeof *shapes; i++) {
+        whole s = whole_of(env, shapes[i], 250);
+        qw_complex c = s.components.component[0].decimated.complex;
+        c.d = s.d;
+        qw_strip_room room = {0};
+        qw_strip_counts once = qw_count_strips(env, &c, &room);
+        for (uint32_t e = 0; e < c.edge_count; e++) c.d[e].x *= 3, c.d[e].y *= 3;
+        qw_strip_counts thrice = qw_count_strips(env, &c, &room);
+        assert_int_equal(thrice.strips, 3 * once.strips);
+        assert_int_equal(thrice.crossing, 3 * once.crossing);
+        assert_true(fabs(thrice.crossing_area - 9 * once.crossing_area) < 1e-6);
+    }
+    qw_env_destroy(env);
+}
+
+/* With many quads lines meet with fewer first, and are as long as those, times a whole number. */
+static void lines_of_many_quads_are_those_of_few(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    whole few = whole_with_loops(env, unit_double_torus(env, 3), 1000, 0.5), many = whole_with_loops(env, unit_double_torus(env, 3), 16000, 0.5);
+    double length[2], quads[2] = {1000, 16000};
+    for (int i = 0; i < 2; i++) {
+        const whole *s = i ? &many : &few;
+        const qw_component *component = &s->components.component[0];
+        qw_complex c = component->decimated.complex;
+        c.d = s->d;
+        assert_true(qw_complex_is_closed(&c));
+        assert_int_equal(qw_complex_inverted(&c), 0);
+        assert_true(fabs(qw_complex_area(&c) - quads[i]) <= 0.02 * quads[i]);
+        qw_measured_layout m = qw_measured_layout_make(env, component, scaled(env, &c, s->scale), 4 * c.face_count);
+        qw_meeting_terms terms = strip_terms(component, s->d, quads[i]);
+        terms.longest = INT32_MAX / 4;
+        qw_measured_layout_fill(&terms, &m, s->d);
+        length[i] = m.lines;
+    }
+    print_message("lines of %g quads with 1,000, of %g with 16,000\n", length[0], length[1]);
+    assert_true(length[1] < 7 * length[0]); /* four times as long, if each is made of as many edges */
+    qw_env_destroy(env);
+}
+
 QW_TEST_SUITE(meetings)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(layouts_go_back),
@@ -682,6 +732,8 @@ QW_TEST_SUITE(meetings)
                                        cmocka_unit_test(strips_are_those_of_walks),
                                        cmocka_unit_test(helices_become_rings),
                                        cmocka_unit_test(fewer_strips_cross),
+                                       cmocka_unit_test(multiplied_strips_lie_side_by_side),
+                                       cmocka_unit_test(lines_of_many_quads_are_those_of_few),
                                        cmocka_unit_test(lanes_agree),
                                        cmocka_unit_test(candidates_are_seen_from_both_ends)};
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -139,7 +139,7 @@ static void forget_misses(qw_candidates *failed)
     failed->count = kept;
 }
 
-/* Makes lines meet until none more can be made to. */
+/* Makes meetings one by one until none more can be made. */
 static void make_all(qw_env *env, meeting_search *s, qw_meeting_counts *counts, double share)
 {
     s->left = WORK * share, s->failed.count = 0;
@@ -161,6 +161,25 @@ static void make_all(qw_env *env, meeting_search *s, qw_meeting_counts *counts, 
             qw_measure_lines(&s->terms, &s->now, INFINITY);
         }
     }
+}
+
+/* Makes lines meet until none more can be made to: where there are few cones, first by estimates, then by measures from
+   where that ended. */
+static void meet_all(qw_env *env, meeting_search *s, qw_meeting_counts *counts, double share)
+{
+    size_t edges = s->now.source.edge_count;
+    uint32_t room = s->now.layout.face_room;
+    size_t bytes = LANE_LEAST + (size_t)room * LANE_A_FACE;
+    s->tries = qw_tries_begin(env, &s->terms, s->now.source.real, room, bytes <= LANE_MOST ? bytes : 0);
+    if (edges <= QW_MOST_MOVED_EDGES) {
+        s->terms.accepts_by_estimate = true;
+        make_all(env, s, counts, share);
+        s->terms.accepts_by_estimate = false;
+        qw_measured_layout_fill(&s->terms, &s->now,
+                                memcpy(QW_NEW(env, qw_int2, edges), s->best, edges * sizeof *s->best));
+    }
+    make_all(env, s, counts, share);
+    qw_tries_end(s->tries);
 }
 
 /* Searches on for strips that do not cross themselves, from the best offsets so far. What it finds is taken unless all
@@ -221,22 +240,11 @@ qw_meeting_counts qw_make_meetings(qw_env *env, const qw_component *component, c
         qw_scope_end(env);
         return (qw_meeting_counts){0};
     }
-    size_t edges = s.now.source.edge_count;
-    uint32_t room = s.now.layout.face_room;
-    size_t bytes = LANE_LEAST + (size_t)room * LANE_A_FACE;
-    s.tries = qw_tries_begin(env, &s.terms, s.now.source.real, room, bytes <= LANE_MOST ? bytes : 0);
     qw_meeting_counts counts = {.length_before = (int64_t)s.now.lines};
-    if (edges <= QW_MOST_MOVED_EDGES) { /* first by estimates, then by measures, from where that ended */
-        s.terms.accepts_by_estimate = true;
-        make_all(env, &s, &counts, request->share);
-        s.terms.accepts_by_estimate = false;
-        qw_measured_layout_fill(&s.terms, &s.now, memcpy(QW_NEW(env, qw_int2, edges), s.best, edges * sizeof *s.best));
-    }
-    make_all(env, &s, &counts, request->share);
+    if (!request->keeps_lines) meet_all(env, &s, &counts, request->share);
     if (qw_uses(env, QW_MECH_STRIPS)) straighten_strips(env, &s, request->share);
-    memcpy(d, s.best, edges * sizeof *d);
+    memcpy(d, s.best, s.now.source.edge_count * sizeof *d);
     counts.length_after = (int64_t)s.best_lines;
-    qw_tries_end(s.tries);
     qw_scope_end(env);
     return counts;
 }

@@ -12,6 +12,9 @@
 
 /* MOST_APART: larger complexes, in edges, skip the second search, which keeps curves apart. */
 enum { MOST_APART = 4000 };
+/* Quads for each edge of the complexes with which lines are made to meet at least, as rounding moves each edge by a
+   share of a quad. */
+static const double QUADS_AN_EDGE = 6;
 /* APART_SHARE: the second search is accepted if at most this share of the contacts remains. MOST_TOUCHING: where the
    complex has more triangles than quads are wanted, it is skipped above this many contacts a quad, as each takes a row
    of quads, and it would find nothing in ten times the time. */
@@ -92,6 +95,77 @@ static void keep_apart(qw_env *env, qw_components *components, qw_search *s, uin
         for (uint32_t p = 0; p < components->count; p++) components->component[p].decimated.complex.at_least = NULL;
 }
 
+/* By how much the integers of fewer quads may be multiplied: as long as so many quads are left for an edge. */
+static uint32_t coarse_factor(qw_env *env, const qw_search *s)
+{
+    if (!(s->request.loops > 0) || !qw_uses(env, QW_MECH_COARSE_FIRST)) return 1;
+    return (uint32_t)sqrt(s->request.quads / fmax(s->edges * QUADS_AN_EDGE, 1));
+}
+
+/* The trials of another search, `factor` as many quads each way. Returns their sums. */
+static qw_search_total multiply(qw_env *env, const qw_search *coarse, uint32_t factor, const qw_search *s, qw_trial *to)
+{
+    qw_search_total sum = {0};
+    for (uint32_t p = 0; p < s->components->count; p++) {
+        qw_trial *t = &to[p];
+        *t = qw_search_copy_kept(env, coarse, p);
+        t->scale *= factor;
+        for (uint32_t e = 0; e < qw_search_complex(s, p)->edge_count; e++)
+            t->d[e].x *= (int32_t)factor, t->d[e].y *= (int32_t)factor;
+        qw_search_judge(s, t);
+        t->touching = qw_count_touching(env, &s->components->component[p], t->d);
+        sum = qw_search_with(sum, t);
+    }
+    return sum;
+}
+
+/* Integers with fewer quads. Its signs are not kept. */
+static qw_search find_coarse(qw_env *env, qw_components *components, const qw_search *s, uint32_t factor,
+                             uint32_t *tries)
+{
+    qw_search_request request = s->request;
+    request.quads /= factor * factor, request.size /= factor, request.apart = false;
+    int8_t **signs = QW_NEW(env, int8_t *, components->count);
+    for (uint32_t p = 0; p < components->count; p++) {
+        int8_t **at_least = &components->component[p].decimated.complex.at_least;
+        signs[p] = *at_least, *at_least = NULL;
+    }
+    qw_search coarse = find_without_lines(env, components, &request, tries);
+    for (uint32_t p = 0; p < components->count; p++) components->component[p].decimated.complex.at_least = signs[p];
+    return coarse;
+}
+
+/* Makes lines meet with fewer quads, and multiplies the integers: each strip becomes as many side by side, and lines
+   that meet still do. Taken where it has no fault that there is not without. */
+static bool meet_coarse(qw_env *env, qw_components *components, qw_search *s, uint32_t factor, qw_search_result *result)
+{
+    assert(factor > 1);
+    qw_search coarse = find_coarse(env, components, s, factor, &result->tries);
+    qw_trial *t = QW_NEW(env, qw_trial, components->count);
+    qw_search_total sum = multiply(env, &coarse, factor, s, t);
+    bool is_sound = sum.open <= s->sum.open && sum.inverted <= s->sum.inverted && sum.collapsed <= s->sum.collapsed &&
+                    sum.touching <= count_touching(env, s) && qw_search_miss(s, &sum) <= qw_search_miss(s, &s->sum);
+    qw_log(env, QW_LOG_DEBUG, "%.0f quads, %u times each way: %.0f, %u touch, %u inverted, %u vanish: %s",
+           coarse.sum.area, factor, sum.area, (unsigned)sum.touching, (unsigned)sum.inverted, (unsigned)sum.collapsed,
+           is_sound ? "taken" : "left");
+    qw_acted(env, QW_MECH_COARSE_FIRST, 1), qw_kept(env, QW_MECH_COARSE_FIRST, is_sound);
+    if (!is_sound) return false;
+    qw_meeting_counts meetings = qw_search_meet(env, &coarse, false);
+    s->sum = multiply(env, &coarse, factor, s, t);
+    for (uint32_t p = 0; p < components->count; p++) qw_search_copy(s, &s->kept[p], &t[p]);
+    result->meetings = qw_search_meet(env, s, true);
+    result->meetings.tried += meetings.tried, result->meetings.kept += meetings.kept;
+    return true;
+}
+
+/* With as few quads first as serve, else with all. */
+static void make_lines_meet(qw_env *env, qw_components *components, qw_search *s, qw_search_result *result)
+{
+    for (uint32_t factor = coarse_factor(env, s); factor > 1; factor = factor > 2 ? 2 : 1)
+        if (meet_coarse(env, components, s, factor, result)) return;
+    result->meetings = qw_search_meet(env, s, false);
+}
+
 qw_search_result qw_search_integers(qw_env *env, qw_components *components, const qw_search_request *request,
                                     qw_int2 *d)
 {
@@ -103,7 +177,7 @@ qw_search_result qw_search_integers(qw_env *env, qw_components *components, cons
     qw_search s = find_without_lines(env, components, &plain, &result.tries);
     if (request->apart) keep_apart(env, components, &s, &result.tries);
     if (qw_uses(env, QW_MECH_EVEN_CURVES)) qw_search_make_even(env, &s);
-    if (qw_uses(env, QW_MECH_MEETINGS)) result.meetings = qw_search_meet(env, &s);
+    if (qw_uses(env, QW_MECH_MEETINGS)) make_lines_meet(env, components, &s, &result);
     qw_acted(env, QW_MECH_MEETINGS, result.meetings.tried), qw_kept(env, QW_MECH_MEETINGS, result.meetings.kept);
     gather(env, &s, &result, d);
     qw_scope_end(env);
