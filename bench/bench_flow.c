@@ -71,12 +71,12 @@ static void body(void *user)
     bench *b = user;
     qw_flow_problem p = generate(b);
     int32_t *flow = QW_NEW(b->env, int32_t, p.arc_count);
-    int64_t *potential = QW_NEW(b->env, int64_t, p.node_count);
+    int64_t *potential = QW_NEW_ZERO(b->env, int64_t, p.node_count);
     printf("%u nodes, %u arcs\n", p.node_count, p.arc_count);
 
     memset(flow, 0, p.arc_count * sizeof *flow);
     double begin = seconds();
-    qw_flow_result r = qw_flow_min_cost(b->env, &p, flow, potential);
+    qw_flow_result r = qw_flow_min_cost(b->env, &p, INT64_MAX, flow, potential);
     report("min cost", begin, r,
            qw_flow_is_optimal(&p, flow, potential) && qw_flow_is_feasible(b->env, &p, flow, r.met));
 

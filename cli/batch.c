@@ -210,6 +210,9 @@ static qw_status begin(making *k, const qw_host *host)
     qw_mesh_view input = qw_mesh_get(k->mesh);
     if (qw_create(host, &k->context) != QW_OK) return say(k, QW_MEMORY, qw_status_text(QW_MEMORY));
     qw_status status = said(k, qw_set_mesh(k->context, &input));
+    uint32_t count;
+    const qw_attribute *attributes = qw_mesh_attributes(k->mesh, &count);
+    if (status == QW_OK) status = said(k, qw_set_motion(k->context, attributes, count));
     if (status == QW_OK && a->density) status = qw_paint_density(k->context, k->mesh, a->density, k->message, k->size);
     return status;
 }

@@ -293,6 +293,11 @@ static void require(qw_context *context, qw_status status)
     if (status != QW_OK) fprintf(stderr, "%s\n", qw_message(context)), abort();
 }
 
+/* How many runs of each kind there were, for what is said at the end. */
+static struct {
+    long runs, refused, regions, rims_anew, rims_kept, guides, densities, planes, moving;
+} tally;
+
 static void steer(qw_context *context, const mesh *m, recipe *r, uint8_t *inside)
 {
     static double points[3 * MOST_POINTS * MOST_GUIDES];
@@ -310,19 +315,35 @@ static void steer(qw_context *context, const mesh *m, recipe *r, uint8_t *inside
             density[v] = (qw_density)(draw(r, 8) ? 1 + m->position[3 * v] * m->position[3 * v] : 50);
         require(context, qw_set_density(context, density, m->vertex_count));
     }
+    if (r->steers & 128) {
+        static float share[2 * MOST_VERTICES], offset[3 * MOST_VERTICES];
+        static uint32_t group[2 * MOST_VERTICES];
+        float steep = (float)(1 + draw(r, 20));
+        for (uint32_t v = 0; v < m->vertex_count; v++) {
+            float x = (float)m->position[3 * v], y = (float)m->position[3 * v + 1];
+            share[2 * v] = fminf(fmaxf(0.5f + steep * (x + 0.3f * y), 0), 1), share[2 * v + 1] = 1 - share[2 * v];
+            group[2 * v] = 0, group[2 * v + 1] = 1, offset[3 * v + 1] = expf(-steep * (x * x + y * y));
+        }
+        const qw_attribute moves[] = {
+            {.size = sizeof *moves,
+             .name = "weights",
+             .kind = QW_WEIGHTS,
+             .components = 2,
+             .count = m->vertex_count,
+             .values = share,
+             .group = group},
+            {.size = sizeof *moves, .name = "target:up", .components = 3, .count = m->vertex_count, .values = offset}};
+        require(context, qw_set_motion(context, moves, 2));
+        tally.moving++;
+    }
 }
-
-/* How many runs of each kind there were, for what is said at the end. */
-static struct {
-    long runs, refused, regions, rims_anew, rims_kept, guides, densities, planes;
-} tally;
 
 static void print_tally(void)
 {
     printf("%ld runs, %ld refused: %ld regions (%ld with a rim cut anew), %ld with boundaries that stay, %ld with "
-           "guides, %ld with a density, %ld with symmetry\n",
+           "guides, %ld with a density, %ld with symmetry, %ld that move\n",
            tally.runs, tally.refused, tally.regions, tally.rims_anew, tally.rims_kept, tally.guides, tally.densities,
-           tally.planes);
+           tally.planes, tally.moving);
 }
 
 static void count_run(const qw_options *o, uint8_t steers, qw_status status)

@@ -87,7 +87,7 @@ void body(void *user)
         qw_flow_problem problem = net.problem();
         std::vector<int32_t> flow(net.tail.size());
         std::vector<int64_t> potential(net.supply.size());
-        qw_flow_result r = qw_flow_min_cost(c->env, &problem, flow.data(), potential.data());
+        qw_flow_result r = qw_flow_min_cost(c->env, &problem, INT64_MAX, flow.data(), potential.data());
         long long cost;
         bool met = lemon_cost(net, &cost);
         bool same = met ? r.met == r.wanted && r.cost == cost : r.met < r.wanted;

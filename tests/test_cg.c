@@ -30,8 +30,6 @@ static double unit(linear_system *s)
     return (double)(s->random >> 40) / (1 << 24);
 }
 
-static qw_csr matrix_of(const linear_system *s) { return (qw_csr){s->n, s->first, s->column, s->value, s->diagonal}; }
-
 static void run(void (*body)(void *user))
 {
     linear_system *s = calloc(1, sizeof *s);
@@ -102,15 +100,18 @@ static void apply(void *user, qw_env *env, const double *x, double *y)
     multiply(user, x, y);
 }
 
+static qw_cg_result descend(linear_system *s, double tolerance, uint32_t iterations)
+{
+    return qw_cg_solve(s->env, s->n, apply, s, s->diagonal, s->b, s->x, tolerance, iterations);
+}
+
 static void dense_body(void *user)
 {
     linear_system *s = user;
     for (int round = 0; round < 200; round++) {
         random_system(s);
         eliminate(s);
-        qw_csr a = matrix_of(s);
-        qw_cg_result r = round & 1 ? qw_cg_solve_csr(s->env, &a, s->b, s->x, 1e-12, 1000)
-                                   : qw_cg_solve(s->env, s->n, apply, s, s->diagonal, s->b, s->x, 1e-12, 1000);
+        qw_cg_result r = descend(s, 1e-12, 1000);
         assert_true(r.converged && r.residual <= 1e-12 && r.iterations <= 4 * s->n + 4);
         for (uint32_t i = 0; i < s->n; i++) assert_true(fabs(s->x[i] - s->exact[i]) < 1e-9);
     }
@@ -152,8 +153,7 @@ static void laplacian_body(void *user)
     linear_system *s = user;
     grid_system(s, SIDE);
     for (uint32_t i = 0; i < s->n; i++) s->x[i] = 17; /* the constant part of the guess stays */
-    qw_csr a = matrix_of(s);
-    qw_cg_result r = qw_cg_solve_csr(s->env, &a, s->b, s->x, 1e-10, 5000);
+    qw_cg_result r = descend(s, 1e-10, 5000);
     assert_true(r.converged && r.iterations > 10);
     assert_true(fabs(residual(s, s->x) - r.residual) < 1e-13);
     double shift = s->x[0] - s->exact[0];
@@ -167,21 +167,17 @@ static void thread_body(void *user)
     static const uint32_t threads[] = {1, 2, 3, 8};
     grid_system(s, SIDE);
     for (uint32_t i = 0; i < s->n; i++) s->diagonal[i] += 0.01;
-    qw_csr a = matrix_of(s);
     for (int t = 0; t < 4; t++) {
         qw_env_set_threads(s->env, threads[t]);
-        for (int way = 0; way < 2; way++) {
-            memset(s->x, 0, sizeof s->x);
-            qw_cg_result r = way ? qw_cg_solve(s->env, s->n, apply, s, s->diagonal, s->b, s->x, 1e-8, 1000)
-                                 : qw_cg_solve_csr(s->env, &a, s->b, s->x, 1e-8, 1000);
-            assert_true(r.converged);
-            if (t == 0 && way == 0) {
-                memcpy(s->exact, s->x, sizeof s->x);
-                s->iterations = r.iterations;
-            }
-            assert_int_equal(r.iterations, s->iterations);
-            assert_memory_equal(s->x, s->exact, s->n * sizeof *s->x);
+        memset(s->x, 0, sizeof s->x);
+        qw_cg_result r = descend(s, 1e-8, 1000);
+        assert_true(r.converged);
+        if (t == 0) {
+            memcpy(s->exact, s->x, sizeof s->x);
+            s->iterations = r.iterations;
         }
+        assert_int_equal(r.iterations, s->iterations);
+        assert_memory_equal(s->x, s->exact, s->n * sizeof *s->x);
     }
 }
 
@@ -189,15 +185,14 @@ static void limit_body(void *user)
 {
     linear_system *s = user;
     grid_system(s, 60);
-    qw_csr a = matrix_of(s);
-    qw_cg_result r = qw_cg_solve_csr(s->env, &a, s->b, s->x, 1e-10, 7);
+    qw_cg_result r = descend(s, 1e-10, 7);
     assert_true(!r.converged && r.iterations == 7 && r.residual < 1);
     assert_true(fabs(residual(s, s->x) - r.residual) < 1e-13);
-    r = qw_cg_solve_csr(s->env, &a, s->b, s->x, 1e-10, 0);
+    r = descend(s, 1e-10, 0);
     assert_int_equal(r.iterations, 0);
-    r = qw_cg_solve_csr(s->env, &a, s->b, s->x, 0, 100000); /* more than rounding allows: ends all the same */
+    r = descend(s, 0, 100000); /* more than rounding allows: ends all the same */
     assert_true(!r.converged && r.iterations < 20000 && r.residual < 1e-11);
-    uint32_t again = qw_cg_solve_csr(s->env, &a, s->b, s->x, 1e-10, 1000).iterations;
+    uint32_t again = descend(s, 1e-10, 1000).iterations;
     assert_int_equal(again, 0); /* from a good guess there is nothing to do */
 }
 
@@ -206,8 +201,7 @@ static void odd_body(void *user)
 {
     linear_system *s = user;
     s->n = 0;
-    qw_csr a = matrix_of(s);
-    assert_true(qw_cg_solve_csr(s->env, &a, s->b, s->x, 1e-10, 10).converged);
+    assert_true(descend(s, 1e-10, 10).converged);
     s->n = 3;
     memcpy(s->first, (uint32_t[]){0, 1, 2, 2}, 4 * sizeof(uint32_t));
     memcpy(s->column, (uint32_t[]){1, 0}, 2 * sizeof(uint32_t));
@@ -215,29 +209,27 @@ static void odd_body(void *user)
     memcpy(s->diagonal, (double[]){2, 2, 0}, 3 * sizeof(double));
     memcpy(s->x, (double[]){5, 5, 5}, 3 * sizeof(double));
     memcpy(s->b, (double[]){3, 0, 0}, 3 * sizeof(double));
-    a = matrix_of(s);
-    assert_true(qw_cg_solve_csr(s->env, &a, s->b, s->x, 1e-14, 10).converged);
+    assert_true(descend(s, 1e-14, 10).converged);
     assert_true(fabs(s->x[0] - 2) < 1e-12 && fabs(s->x[1] - 1) < 1e-12 && s->x[2] == 5);
     s->b[2] = 1;
-    qw_cg_result r = qw_cg_solve_csr(s->env, &a, s->b, s->x, 1e-14, 10);
+    qw_cg_result r = descend(s, 1e-14, 10);
     assert_true(!r.converged && fabs(r.residual - 1 / sqrt(10)) < 1e-12);
     memset(s->b, 0, sizeof s->b);
-    r = qw_cg_solve_csr(s->env, &a, s->b, s->x, 1e-14, 10);
+    r = descend(s, 1e-14, 10);
     assert_true(r.converged && s->x[0] == 0 && s->x[2] == 0);
     s->b[0] = NAN;
-    r = qw_cg_solve_csr(s->env, &a, s->b, s->x, 1e-14, 1000);
+    r = descend(s, 1e-14, 1000);
     assert_true(!r.converged && r.iterations < 10);
     s->b[0] = 1;
     s->diagonal[0] = -5; /* not semidefinite */
-    r = qw_cg_solve_csr(s->env, &a, s->b, s->x, 1e-14, 1000);
+    r = descend(s, 1e-14, 1000);
     assert_true(!r.converged && r.iterations < 100);
 }
 
 static void solve_body(void *user)
 {
     linear_system *s = user;
-    qw_csr a = matrix_of(s);
-    qw_cg_solve_csr(s->env, &a, s->b, s->x, 1e-10, 10);
+    descend(s, 1e-10, 10);
 }
 
 static void test_scarce_memory(void **state)

@@ -48,6 +48,7 @@ typedef struct fixture {
     char order[16];
     uint32_t calls;
     double fraction; /* the last one heard */
+    qw_stage stage;  /* and its stage */
 } fixture;
 
 static void note(fixture *f, char c)
@@ -189,7 +190,6 @@ static void protect_body(void *user)
     assert_int_equal(qw_protect(f->env, fail_deep, f), QW_FORMAT_SYNTAX);
     assert_string_equal(f->order, "ba");
     assert_string_equal(qw_env_message(f->env), "line 17 is wrong");
-    assert_int_equal(qw_env_status(f->env), QW_FORMAT_SYNTAX);
     assert_int_equal(qw_env_element(f->env), 42);
     assert_int_equal(qw_env_bytes(f->env), before);
 
@@ -399,6 +399,7 @@ static int progress_hook(void *user, qw_stage stage, double fraction)
     assert_true(fraction >= f->fraction && fraction <= 1);
     assert_true(stage < QW_STAGE_COUNT);
     f->fraction = fraction;
+    f->stage = stage;
     return ++f->calls == (uint32_t)f->step; /* cancels at call `step` */
 }
 
@@ -431,8 +432,8 @@ static void stages_body(void *user)
     fixture *f = user;
     for (int stage = 0; stage < QW_STAGE_COUNT; stage++) {
         qw_enter_stage(f->env, (qw_stage)stage);
-        assert_int_equal(qw_env_stage(f->env), stage);
         for (int i = 1; i <= 4; i++) qw_progress(f->env, 0.25 * i);
+        assert_int_equal(f->stage, stage);
         qw_progress(f->env, 0.5); /* never falls */
     }
 }

@@ -77,7 +77,8 @@ static qw_flow_result solve_min_cost(net *t)
 {
     qw_flow_problem p = problem_of(t);
     memset(t->flow, 0, sizeof t->flow);
-    qw_flow_result r = qw_flow_min_cost(t->env, &p, t->flow, t->potential);
+    memset(t->potential, 0, sizeof t->potential);
+    qw_flow_result r = qw_flow_min_cost(t->env, &p, INT64_MAX, t->flow, t->potential);
     assert_true(qw_flow_is_feasible(t->env, &p, t->flow, r.met));
     assert_true(qw_flow_is_maximum(t->env, &p, t->flow));
     assert_true(qw_flow_is_optimal(&p, t->flow, t->potential));
@@ -269,7 +270,7 @@ static void alike_body(void *user)
         uint32_t v = below(t, t->n);
         t->supply[v]++, t->supply[(v + 1) % t->n]--;
         qw_flow_problem p = problem_of(t);
-        qw_flow_result again = qw_flow_min_cost_near(t->env, &p, INT64_MAX, t->other, t->potential);
+        qw_flow_result again = qw_flow_min_cost(t->env, &p, INT64_MAX, t->other, t->potential);
         assert_true(qw_flow_is_optimal(&p, t->other, t->potential));
         qw_flow_result r = solve_min_cost(t);
         if (r.met < r.wanted) continue;
@@ -381,9 +382,10 @@ static void same_body(void *user)
         int64_t *again = calloc(t->n, sizeof *again);
         memset(t->flow, 0, sizeof t->flow);
         memset(t->other, 0, sizeof t->other);
+        memset(t->potential, 0, sizeof t->potential);
         for (int time = 0; time < 2; time++) {
             int32_t *flow = time ? t->other : t->flow;
-            if (solver == 0) qw_flow_min_cost(t->env, &p, flow, time ? again : t->potential);
+            if (solver == 0) qw_flow_min_cost(t->env, &p, INT64_MAX, flow, time ? again : t->potential);
             if (solver == 1) qw_flow_boykov_kolmogorov(t->env, &p, flow);
             if (solver == 2) qw_flow_edmonds_karp(t->env, &p, flow);
         }

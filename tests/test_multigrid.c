@@ -144,13 +144,33 @@ static const shape shapes[] = {
 };
 enum { SHAPES = sizeof shapes / sizeof *shapes };
 
+static void apply(void *user, qw_env *env, const double *x, double *y)
+{
+    (void)env;
+    const linear_system *s = user;
+    for (uint32_t i = 0; i < s->n; i++) {
+        y[i] = s->diagonal[i] * x[i];
+        for (uint32_t k = s->first[i]; k < s->first[i + 1]; k++) y[i] += (double)s->value[k] * x[s->column[k]];
+    }
+}
+
+/* With grids of its own. */
+static qw_cg_result solve_afresh(linear_system *s, const qw_csr *a, double tolerance, uint32_t iterations)
+{
+    qw_scope_begin(s->env);
+    qw_multigrid *grids = qw_multigrid_build(s->env, a);
+    qw_cg_result r = qw_multigrid_solve_with(s->env, grids, s->b, s->x, tolerance, iterations);
+    qw_scope_end(s->env);
+    return r;
+}
+
 static void check_plain(linear_system *s, double tolerance, uint32_t iterations)
 {
     qw_csr a = matrix_of(s);
     for (uint32_t i = 0; i < s->n; i++) s->wide[i] = s->b[i], s->exact[i] = 0;
     /* As float, b has some part in the null space, about 1e-7 of it. */
-    assert_true(qw_cg_solve_csr(s->env, &a, s->wide, s->exact, 1e-6, 20000).converged);
-    qw_cg_result r = qw_multigrid_solve(s->env, &a, s->b, s->x, tolerance, 60);
+    assert_true(qw_cg_solve(s->env, s->n, apply, s, s->diagonal, s->wide, s->exact, 1e-6, 20000).converged);
+    qw_cg_result r = solve_afresh(s, &a, tolerance, 60);
     assert_true(r.converged && r.residual <= tolerance && r.iterations <= iterations && is_residual(s, r.residual));
     double error = 0, size = 0; /* energies e'Ae and x'Ax, which see no part in a null space */
     for (uint32_t i = 0; i < s->n; i++) {
@@ -195,7 +215,7 @@ static void growth_body(void *user)
         for (int large = 0; large < 2; large++) {
             make_system(s, (shape){large ? SIDE : 16, kind & 1, kind & 2, kind & 4 ? 1000 : 1, 1, false});
             qw_csr a = matrix_of(s);
-            qw_cg_result r = qw_multigrid_solve(s->env, &a, s->b, s->x, 1e-4, 60);
+            qw_cg_result r = solve_afresh(s, &a, 1e-4, 60);
             assert_true(r.converged);
             iterations[large] = r.iterations;
         }
@@ -213,7 +233,7 @@ static void thread_body(void *user)
     for (int t = 0; t < 4; t++) {
         qw_env_set_threads(s->env, threads[t]);
         memset(s->x, 0, sizeof s->x);
-        qw_cg_result r = qw_multigrid_solve(s->env, &a, s->b, s->x, 1e-4, 100);
+        qw_cg_result r = solve_afresh(s, &a, 1e-4, 100);
         assert_true(r.converged);
         if (t == 0) {
             memcpy(s->kept, s->x, sizeof s->x);
@@ -264,7 +284,7 @@ static void refresh_body(void *user)
     qw_multigrid_refresh(s->env, grids);
     assert_true(qw_env_bytes(s->env) == held);
     memset(s->x, 0, sizeof s->x);
-    qw_cg_result fresh = qw_multigrid_solve(s->env, &a, s->b, s->x, 1e-5, 100);
+    qw_cg_result fresh = solve_afresh(s, &a, 1e-5, 100);
     memset(s->x, 0, sizeof s->x);
     qw_cg_result r = qw_multigrid_solve_with(s->env, grids, s->b, s->x, 1e-5, 100);
     assert_true(fresh.converged && r.converged && is_residual(s, r.residual));
@@ -298,7 +318,7 @@ static void parts_body(void *user)
     for (uint32_t i = 0; i < s->n; i++) s->x[i] = 3;
     for (uint32_t i = 0; i < s->n; i++) assert_true(s->diagonal[i] > 0 || s->b[i] == 0);
     qw_csr a = matrix_of(s);
-    qw_cg_result r = qw_multigrid_solve(s->env, &a, s->b, s->x, 1e-5, 100);
+    qw_cg_result r = solve_afresh(s, &a, 1e-5, 100);
     assert_true(r.converged && is_residual(s, r.residual));
     for (uint32_t i = 0; i < s->n; i++) assert_true(s->diagonal[i] > 0 || s->x[i] == 3);
 }
@@ -308,13 +328,13 @@ static void odd_body(void *user)
     linear_system *s = user;
     s->n = 0;
     qw_csr a = matrix_of(s);
-    assert_true(qw_multigrid_solve(s->env, &a, s->b, s->x, 1e-5, 10).converged);
+    assert_true(solve_afresh(s, &a, 1e-5, 10).converged);
     s->n = 1;
     s->diagonal[0] = 4, s->b[0] = 2;
     a = matrix_of(s);
-    assert_true(qw_multigrid_solve(s->env, &a, s->b, s->x, 1e-6, 10).converged && s->x[0] == 0.5f);
+    assert_true(solve_afresh(s, &a, 1e-6, 10).converged && s->x[0] == 0.5f);
     s->diagonal[0] = 0, s->x[0] = 7;
-    qw_cg_result r = qw_multigrid_solve(s->env, &a, s->b, s->x, 1e-6, 10);
+    qw_cg_result r = solve_afresh(s, &a, 1e-6, 10);
     assert_true(!r.converged && r.residual == 1 && s->x[0] == 7);
     s->n = 3;
     memcpy(s->first, (uint32_t[]){0, 1, 2, 2}, 4 * sizeof(uint32_t));
@@ -324,24 +344,24 @@ static void odd_body(void *user)
     memcpy(s->x, (float[]){5, 5, 5}, 3 * sizeof(float));
     memcpy(s->b, (float[]){3, 0, 0}, 3 * sizeof(float));
     a = matrix_of(s);
-    assert_true(qw_multigrid_solve(s->env, &a, s->b, s->x, 1e-6, 10).converged);
+    assert_true(solve_afresh(s, &a, 1e-6, 10).converged);
     assert_true(fabs(s->x[0] - 2) < 1e-5 && fabs(s->x[1] - 1) < 1e-5 && s->x[2] == 5);
     s->b[2] = 1;
-    r = qw_multigrid_solve(s->env, &a, s->b, s->x, 1e-6, 10);
+    r = solve_afresh(s, &a, 1e-6, 10);
     assert_true(!r.converged && fabs(r.residual - 1 / sqrt(10)) < 1e-6);
     s->b[0] = NAN;
-    r = qw_multigrid_solve(s->env, &a, s->b, s->x, 1e-6, 1000);
+    r = solve_afresh(s, &a, 1e-6, 1000);
     assert_true(!r.converged && r.iterations < 10);
     s->b[0] = 1;
     s->diagonal[0] = -5; /* not semidefinite */
-    assert_true(!qw_multigrid_solve(s->env, &a, s->b, s->x, 1e-6, 1000).converged);
+    assert_true(!solve_afresh(s, &a, 1e-6, 1000).converged);
 }
 
 static void solve_body(void *user)
 {
     linear_system *s = user;
     qw_csr a = matrix_of(s);
-    qw_multigrid_solve(s->env, &a, s->b, s->x, 1e-4, 10);
+    solve_afresh(s, &a, 1e-4, 10);
 }
 
 static void test_scarce_memory(void **state)

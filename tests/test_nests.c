@@ -1,5 +1,6 @@
 /* Bands around closed curves: on surfaces of which the lines around are known, and in whole runs. */
 #include "suite.h"
+#include "quad_loops.h"
 #include "shapes.h"
 #include "unit_shapes.h"
 
@@ -121,32 +122,6 @@ static void place_on_head(double p[3])
     double x = p[0], y = p[1], z = p[2], bumps = 0.04 * sin(5 * x) * cos(4 * y) * cos(3 * z), angle = acos(z),
            t = angle / SOCKET, r = 1 + bumps - (t < 1 ? 0.35 * (1 - t * t) * (1 - t * t) : 0);
     p[0] = r * x, p[1] = 1.2 * r * y, p[2] = r * z;
-}
-
-static uint32_t next_of(uint32_t h) { return h % 4 == 3 ? h - 3 : h + 1; }
-
-/* uint32_t[4 faces]: the half-edge that goes the other way; the surface is closed. */
-static uint32_t *twins_of(const qw_mesh_view *q)
-{
-    uint32_t sides = 4 * q->face_count, *twin = malloc(sides * sizeof *twin),
-             *first = malloc(q->vertex_count * sizeof *first), *after = malloc(sides * sizeof *after);
-    memset(first, 0xff, q->vertex_count * sizeof *first);
-    for (uint32_t h = 0; h < sides; h++) after[h] = first[q->corners[h]], first[q->corners[h]] = h;
-    for (uint32_t h = 0; h < sides; h++) {
-        uint32_t t = first[q->corners[next_of(h)]];
-        while (q->corners[next_of(t)] != q->corners[h]) t = after[t];
-        twin[h] = t;
-    }
-    free(first), free(after);
-    return twin;
-}
-
-static uint32_t valence_at_head(const uint32_t *twin, uint32_t h)
-{
-    uint32_t n = 0, at = h;
-    do at = next_of(twin[at]), n++;
-    while (at != h && n < 10);
-    return n; /* of the tail of h */
 }
 
 /* The edges of the loop that goes straight on from h through vertices of four edges, where it closes and winds once

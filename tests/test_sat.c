@@ -79,7 +79,6 @@ static void enumerate_body(void *user)
         for (int v = 1; v <= f->variables; v++) assignment |= (uint32_t)qw_sat_value(sat, v) << (v - 1);
         for (uint32_t c = 0; expected && c < f->clauses; c++) assert_true(is_met(f, c, assignment));
         assert_true(!expected || qw_sat_check(sat));
-        if (round & 1) qw_sat_end(sat);
         qw_scope_end(f->env);
         yes += expected;
         no += !expected;
@@ -136,7 +135,6 @@ static void limit_body(void *user)
             conflicts[time] += spent;
         }
         assert_int_equal(answer, QW_SAT_NO);
-        qw_sat_end(sat);
     }
     assert_true(calls[0] > 2);
     assert_true(calls[0] == calls[1] && conflicts[0] == conflicts[1]); /* the same effort each time */
@@ -155,8 +153,6 @@ static void edge_body(void *user)
     assert_true(qw_sat_value(sat, 900) && !qw_sat_value(sat, 70) && !qw_sat_value(sat, 901));
     qw_sat_clause(sat, NULL, 0); /* the empty clause */
     assert_int_equal(qw_sat_solve(sat, -1), QW_SAT_NO);
-    qw_sat_end(sat);
-    qw_sat_end(sat);
 }
 
 static void abandon(void *user)

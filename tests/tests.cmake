@@ -56,7 +56,7 @@ foreach(row IN LISTS rows)
   set(labels ${CMAKE_MATCH_2})
   math(EXPR limit "${CMAKE_MATCH_3} * ${slower}")
   add_test(NAME ${suite} COMMAND quadwright-tests ${suite})
-  set_tests_properties(${suite} PROPERTIES LABELS "${labels}" TIMEOUT ${limit})
+  set_tests_properties(${suite} PROPERTIES LABELS "${labels}" TIMEOUT ${limit} COST ${CMAKE_MATCH_3}) # the long ones first
 endforeach()
 if(QW_SANITIZE) # half an hour together: `make test-long`
   set_tests_properties(batch promise torture protrusions regress fuzz_remesh PROPERTIES LABELS "run;thread;long")
@@ -93,7 +93,7 @@ add_test(NAME documents COMMAND ${CMAKE_COMMAND} -DROOT=${QW_ROOT} -DTOOL=$<TARG
   -P ${QW_ROOT}/tests/documents.cmake)
 add_test(NAME guides COMMAND ${CMAKE_COMMAND} -DROOT=${QW_ROOT} -DTOOL=$<TARGET_FILE:quadwright> -DSHAPES=$<TARGET_FILE:quadwright-shapes>
   -DWORK=${CMAKE_CURRENT_BINARY_DIR}/test-guides -P ${QW_ROOT}/tests/guides.cmake)
-set_tests_properties(guides PROPERTIES LABELS "run;long")
+set_tests_properties(guides PROPERTIES LABELS "run;long" COST 900)
 add_test(NAME completions COMMAND ${CMAKE_COMMAND} -DROOT=${QW_ROOT} -DWORK=${CMAKE_CURRENT_BINARY_DIR} -P ${QW_ROOT}/tests/completions.cmake)
 add_test(NAME shapes COMMAND ${CMAKE_COMMAND} -DSHAPES=$<TARGET_FILE:quadwright-shapes> -DTOOL=$<TARGET_FILE:quadwright>
   -DWORK=${CMAKE_CURRENT_BINARY_DIR}/test-shapes -P ${QW_ROOT}/tests/shapes.cmake)
@@ -101,7 +101,7 @@ add_test(NAME elementary_only COMMAND ${CMAKE_COMMAND} -DNM=${CMAKE_NM} -DLIBRAR
   -P ${QW_ROOT}/tests/elementary.cmake)
 add_test(NAME golden COMMAND ${CMAKE_COMMAND} -DTOOL=$<TARGET_FILE:quadwright> -DSHAPES=$<TARGET_FILE:quadwright-shapes>
   -DROOT=${QW_ROOT} -DWORK=${CMAKE_CURRENT_BINARY_DIR}/test-golden -DWITHOUT_SAT=$<NOT:$<BOOL:${QW_HAS_CADICAL}>> -P ${QW_ROOT}/tests/golden.cmake)
-set_tests_properties(golden PROPERTIES LABELS run)
+set_tests_properties(golden PROPERTIES LABELS run COST 300)
 if(QW_BUILD_SHARED AND NOT QW_COVERAGE)
   add_test(NAME symbols COMMAND ${CMAKE_COMMAND} -DNM=${CMAKE_NM} -DLIBRARY=$<TARGET_FILE:quadwright_shared>
     -DHEADER=${QW_ROOT}/include/quadwright/quadwright.h -P ${QW_ROOT}/tests/symbols.cmake)

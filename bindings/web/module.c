@@ -29,6 +29,7 @@ enum { MOST_ATTRIBUTES = 64, MOST_NOTES = 16, NOTE_SIZE = 256 };
 typedef struct session {
     qw_context *context;
     qw_mesh *file;      /* where the surface came from a file, or of points; else NULL */
+    bool is_moving;     /* its attributes have said how it moves */
     bool of_points;     /* its triangles only join points: it is no surface before it is wrapped */
     qw_mesh_view input; /* of the file, or of the arrays below */
     void *array[4];     /* owned: positions, corners, face sizes, marks; each may be NULL */
@@ -127,7 +128,7 @@ static void drop_surface(session *s)
         free((void *)s->given[i].name), free((void *)s->given[i].values);
         free((void *)s->given[i].group), free((void *)s->given[i].labels);
     }
-    s->file = NULL, s->of_points = false, s->input = (qw_mesh_view){.size = sizeof s->input};
+    s->file = NULL, s->of_points = s->is_moving = false, s->input = (qw_mesh_view){.size = sizeof s->input};
     memset(s->array, 0, sizeof s->array);
     s->given_count = s->note_count = 0;
 }
@@ -218,6 +219,7 @@ int EXPORT(web_add_attribute)(session *s, char *name, int domain, int kind, uint
         free(name), free(data), free(group);
         return fail(s, QW_ARGUMENT, "more than 64 attributes");
     }
+    s->is_moving = false;
     qw_attribute *a = &s->given[s->given_count++];
     *a = (qw_attribute){.size = sizeof *a,
                         .name = name,
@@ -306,7 +308,11 @@ int EXPORT(web_run)(session *s)
     drop_result(s);
     if (s->of_points && !s->options.wrap)
         return fail(s, QW_NO_FACES, "there are points and no faces: they become a surface with the option wrap");
-    return settle(s, qw_run(s->context, &s->options));
+    uint32_t count = 0;
+    const qw_attribute *of_input = attributes_of_input(s, &count);
+    qw_status status = s->is_moving ? QW_OK : qw_set_motion(s->context, of_input, count);
+    s->is_moving = status == QW_OK;
+    return settle(s, status == QW_OK ? qw_run(s->context, &s->options) : status);
 }
 
 /* Carries the attributes of the input over to the result. */

@@ -84,6 +84,9 @@ typedef struct qw_options {
        0 around none, to 1 around all that are found and have room for six quads around; 0.0 to 1.0, 0.0 by
        default */
     double rings;
+    /* where the input has skin weights or morph targets, how much rows run along the lines on which these are
+       equal, with smaller quads where they change: 0 not at all; 0.0 to 1.0, 0.5 by default */
+    double follow_motion;
     /* how much the quads run along the directions in which the surface bends most and least: 0 gives the fewest
        irregular vertices, 1 follows the shape most; 0.0 to 1.0, 0.5 by default */
     double follow;

@@ -472,6 +472,11 @@ QW_API qw_status qw_save_field(qw_context *context, qw_domain domain, const char
 QW_API qw_status qw_set_guides(qw_context *context, const qw_guide *guides, uint32_t count);
 /* The same from an OBJ file of lines: docs/steering.md. */
 QW_API qw_status qw_load_guides(qw_context *context, const char *path);
+/* How the mesh of the context moves, which the option follow_motion heeds: out of its attributes, of which QW_WEIGHTS
+ * and morph targets count, which are QW_VALUES of vertices with three components and a name that begins with "target:",
+ * how far each moves a vertex. NULL, 0: it does not. Discards the stages where that is news. QW_ARGUMENT and
+ * QW_NOT_FINITE as of qw_transfer; QW_NOT_READY before there is a mesh. */
+QW_API qw_status qw_set_motion(qw_context *context, const qw_attribute *attributes, uint32_t count);
 /* Remeshes only the faces of the mesh that are inside, 1, not those that are not, 0: copied; NULL, 0 takes it away. The
  * boundary between them stays exactly as it is, as with fix_boundary, which this implies; the result is the quads of
  * the inside, joined to the other polygons, which come last, in their order. Discards the stages. QW_NOT_READY before

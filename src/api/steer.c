@@ -5,6 +5,9 @@
 #include "whole/mirror.h"
 
 #include "products/attributes/crosses.h"
+#include "products/attributes/equal_weights.h"
+#include "products/attributes/motion.h"
+#include "products/attributes/transfer.h"
 #include "io/guides_file.h"
 #include "io/rosy_file.h"
 
@@ -312,9 +315,11 @@ static qw_status take_guides(qw_context *context, guide_call *call, void (*body)
 {
     qw_context_state *c = call->c;
     qw_status status = body ? qw_protect(c->env, body, call) : QW_OK;
-    qw_steering steering = call->copy;
-    steering.field = c->steering.field, steering.field_count = c->steering.field_count;
-    steering.field_domain = c->steering.field_domain, steering.region = c->steering.region;
+    qw_steering steering = c->steering;
+    const qw_steering *guides = &call->copy;
+    steering.guide_count = guides->guide_count, steering.guide_begin = guides->guide_begin;
+    steering.guide_kind = guides->guide_kind, steering.guide_rings = guides->guide_rings;
+    steering.guide_point = guides->guide_point;
     if (status == QW_OK) qw_replace_steering(c, &steering);
     return qw_done(context, status);
 }
@@ -335,6 +340,44 @@ qw_status qw_load_guides(qw_context *context, const char *path)
     qw_status status = require_mesh(context);
     guide_call call = {.c = &context->state, .path = path};
     return status == QW_OK ? take_guides(context, &call, load_guides) : status;
+}
+
+/* ---- what moves */
+
+typedef struct motion_call {
+    qw_context_state *c;
+    const qw_attribute *attributes;
+    uint32_t count;
+    qw_vec3 *made;
+    qw_equal_weights joints;
+} motion_call;
+
+static void find_motion(void *user)
+{
+    motion_call *call = user;
+    qw_env *env = call->c->env;
+    const qw_clean_input *in = &call->c->input;
+    qw_require_attributes(env, call->attributes, call->count, in->vertex_count, in->face_begin[in->face_count],
+                          in->face_count);
+    call->made = qw_motion_of_faces(env, in, call->attributes, call->count);
+    call->joints = qw_find_equal_weights(env, in, call->attributes, call->count, call->made);
+}
+
+qw_status qw_set_motion(qw_context *context, const qw_attribute *attributes, uint32_t count)
+{
+    if (!context) return QW_ARGUMENT;
+    qw_context_state *c = &context->state;
+    motion_call call = {.c = c, .attributes = attributes, .count = count};
+    qw_status status = require_mesh(context);
+    if (status != QW_OK) return status;
+    status = qw_protect(c->env, find_motion, &call);
+    qw_steering steering = c->steering;
+    steering.motion = call.made;
+    steering.joint_count = call.joints.count, steering.joint_begin = call.joints.begin;
+    steering.joint_point = call.joints.point;
+    bool is_other = call.made || c->steering.motion;
+    if (status == QW_OK && is_other) qw_replace_steering(c, &steering);
+    return qw_done(context, status);
 }
 
 /* ---- regions */

@@ -193,12 +193,10 @@ void qw_fail_at(qw_env *env, qw_status status, int64_t element, const char *file
 }
 
 const char *qw_env_message(const qw_env *env) { return env->message; }
-qw_status qw_env_status(const qw_env *env) { return env->status; }
 int64_t qw_env_element(const qw_env *env) { return env->element; }
 size_t qw_env_bytes(const qw_env *env) { return env->bytes; }
 size_t qw_env_peak(const qw_env *env) { return env->peak; }
 void qw_env_reset_peak(qw_env *env) { env->peak = env->bytes; }
-qw_stage qw_env_stage(const qw_env *env) { return env->stage; }
 
 static block *header_of(void *data) { return (block *)((char *)data - ALIGNMENT); }
 

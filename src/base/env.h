@@ -38,7 +38,6 @@ _Noreturn void qw_fail_at(qw_env *env, qw_status status, int64_t element, const 
                           const char *format, ...) __attribute__((format(printf, 6, 7)));
 #define qw_fail(env, status, element, ...) qw_fail_at((env), (status), (element), __FILE__, __LINE__, __VA_ARGS__)
 const char *qw_env_message(const qw_env *env); /* "" when nothing failed */
-qw_status qw_env_status(const qw_env *env);
 int64_t qw_env_element(const qw_env *env);
 
 /* Blocks are aligned to 64 bytes. A count of 0 gives a valid block. Overflow of count * size fails like missing memory.
@@ -100,7 +99,6 @@ void qw_heartbeat_begin(qw_env *env);
 /* As qw_protect, for what is asked of a result: the host hears a heartbeat, and can cancel, though the run is done.
  */
 qw_status qw_protect_listening(qw_env *env, void (*body)(void *user), void *user);
-qw_stage qw_env_stage(const qw_env *env);
 
 void qw_log(qw_env *env, qw_log_level level, const char *format, ...) __attribute__((format(printf, 3, 4)));
 

@@ -127,16 +127,3 @@ qw_vec3 *qw_position_field(qw_env *env, const qw_hierarchy *hierarchy, const qw_
     qw_scope_end(env);
     return p;
 }
-
-double qw_position_energy(const qw_level *level, const qw_vec3 *orientation, const float *size, const qw_vec3 *position)
-{
-    assert(orientation && size && position);
-    double energy = 0;
-    position_level s = {level, orientation, size, (qw_vec3 *)position};
-    for (uint32_t u = 0; u < level->vertex_count; u++)
-        for (uint32_t i = level->begin[u]; i < level->begin[u + 1]; i++) {
-            qw_lattice a = lattice_at(&s, u), b = lattice_at(&s, level->neighbour[i]);
-            energy += level->weight[i] * qw_match_lattices(&a, &b).distance2 / (a.h * b.h);
-        }
-    return energy / 2;
-}

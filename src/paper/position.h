@@ -11,8 +11,4 @@
    Returns qw_vec3[the same]: for each vertex the lattice point nearest to it. */
 qw_vec3 *qw_position_field(qw_env *env, const qw_hierarchy *hierarchy, const qw_vec3 *orientation, const float *size);
 
-/* The energy of Eq. (2) in units of the local squared edge length. */
-double qw_position_energy(const qw_level *level, const qw_vec3 *orientation, const float *size,
-                          const qw_vec3 *position);
-
 #endif

@@ -106,6 +106,9 @@ void qw_replace_steering(qw_context_state *c, const qw_steering *steering)
                     now->guide_kind == was.guide_kind ? NULL : now->guide_kind,
                     now->guide_rings == was.guide_rings ? NULL : now->guide_rings,
                     now->guide_point == was.guide_point ? NULL : now->guide_point,
+                    now->motion == was.motion ? NULL : now->motion,
+                    now->joint_begin == was.joint_begin ? NULL : now->joint_begin,
+                    now->joint_point == was.joint_point ? NULL : now->joint_point,
                     now->region == was.region ? NULL : now->region};
     while (c->done > 0) { /* out of the scopes of the stages, which end here */
         for (size_t i = 0; i < sizeof made / sizeof *made; i++) qw_keep(c->env, made[i]);
@@ -115,7 +118,8 @@ void qw_replace_steering(qw_context_state *c, const qw_steering *steering)
     free_unless(c, was.field, now->field), free_unless(c, was.guide_begin, now->guide_begin);
     free_unless(c, was.guide_kind, now->guide_kind), free_unless(c, was.guide_rings, now->guide_rings);
     free_unless(c, was.guide_point, now->guide_point);
-    free_unless(c, was.region, now->region);
+    free_unless(c, was.joint_begin, now->joint_begin), free_unless(c, was.joint_point, now->joint_point);
+    free_unless(c, was.motion, now->motion), free_unless(c, was.region, now->region);
     c->steering = *now;
 }
 

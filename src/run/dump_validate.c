@@ -81,6 +81,11 @@ static void validate_steering(qw_context_state *c)
                 s->guide_begin[0] == 0 && s->guide_begin[g] + 1 < s->guide_begin[g + 1] &&
                     s->guide_kind[g] <= QW_GUIDE_LOOP,
                 "a guide has fewer than two points");
+    REQUIRE(c, !s->joint_begin == (s->joint_count == 0) && !s->joint_point == (s->joint_count == 0),
+            "joints are missing");
+    for (uint32_t i = 0; i < s->joint_count; i++)
+        REQUIRE(c, s->joint_begin[0] == 0 && s->joint_begin[i] + 2 < s->joint_begin[i + 1],
+                "a joint has fewer than three points");
 }
 
 /* The polygons of the input and their densities are in range. */

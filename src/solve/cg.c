@@ -15,9 +15,8 @@ static const double TRUSTED = 1e-6;
 typedef struct solver {
     qw_env *env;
     uint32_t n;
-    qw_apply apply; /* NULL: matrix */
+    qw_apply apply;
     void *user;
-    const qw_csr *matrix;
     const double *b;
     double *x, *r, *p, *q;
     double *before; /* double[n], x when the round began */
@@ -35,23 +34,12 @@ static double total(const solver *s, int which)
 
 static void run(solver *s, qw_task task) { qw_parallel(s->env, s->n, QW_GRAIN_LIGHT, task, s); }
 
-/* Rows of A v. */
-static inline double row(const qw_csr *a, const double *v, uint32_t i)
-{
-    double sum = a->diagonal[i] * v[i];
-    for (uint32_t k = a->first[i]; k < a->first[i + 1]; k++) sum += (double)a->value[k] * v[a->column[k]];
-    return sum;
-}
-
-/* q = A p and p . q at once; with a callback, only the product of what it left in q. */
+/* p . q. */
 static void multiply_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     solver *s = user;
     double sum = 0;
-    for (uint32_t i = begin; i < end; i++) {
-        if (s->matrix) s->q[i] = row(s->matrix, s->p, i);
-        sum += s->p[i] * s->q[i];
-    }
+    for (uint32_t i = begin; i < end; i++) sum += s->p[i] * s->q[i];
     s->sum[0][block] = sum;
 }
 
@@ -85,13 +73,13 @@ static void direction_task(void *user, uint32_t block, uint32_t begin, uint32_t 
     for (uint32_t i = begin; i < end; i++) s->p[i] = s->scale[i] * s->r[i] + s->beta * s->p[i];
 }
 
-/* r = b - A x, the product already in q where a callback made it. Leaves the same sums as a step. */
+/* r = b - A x, the product already in q. Leaves the same sums as a step. */
 static void residual_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
 {
     solver *s = user;
     double rr = 0, rz = 0;
     for (uint32_t i = begin; i < end; i++) {
-        double r = s->b[i] - (s->matrix ? row(s->matrix, s->x, i) : s->q[i]);
+        double r = s->b[i] - s->q[i];
         s->r[i] = r;
         rr += r * r;
         rz += r * r * s->scale[i];
@@ -117,7 +105,7 @@ static double take_residual(solver *s, double norm, double *rz)
 
 static double true_residual(solver *s, double norm, double *rz)
 {
-    if (s->apply) s->apply(s->user, s->env, s->x, s->q);
+    s->apply(s->user, s->env, s->x, s->q);
     run(s, residual_task);
     return take_residual(s, norm, rz);
 }
@@ -130,7 +118,7 @@ static double descend(solver *s, double norm, double rz, double tolerance, uint3
     s->beta = 0;
     while (*iterations < max_iterations && residual > tolerance) {
         run(s, direction_task);
-        if (s->apply) s->apply(s->user, s->env, s->p, s->q);
+        s->apply(s->user, s->env, s->p, s->q);
         run(s, multiply_task);
         double pq = total(s, 0), before = rz;
         if (!(pq > 0)) break; /* rounding has used up the descent, or A is not semidefinite */
@@ -190,18 +178,6 @@ qw_cg_result qw_cg_solve(qw_env *env, uint32_t n, qw_apply apply, void *user, co
     qw_scope_begin(env);
     solver s = {.env = env, .n = n, .apply = apply, .user = user, .b = b, .x = x};
     prepare(&s, diagonal);
-    qw_cg_result result = solve(&s, tolerance, max_iterations);
-    qw_scope_end(env);
-    return result;
-}
-
-qw_cg_result qw_cg_solve_csr(qw_env *env, const qw_csr *matrix, const double *b, double *x, double tolerance,
-                             uint32_t max_iterations)
-{
-    assert(matrix->first && matrix->diagonal && b && x && tolerance >= 0);
-    qw_scope_begin(env);
-    solver s = {.env = env, .n = matrix->row_count, .matrix = matrix, .b = b, .x = x};
-    prepare(&s, matrix->diagonal);
     qw_cg_result result = solve(&s, tolerance, max_iterations);
     qw_scope_end(env);
     return result;

@@ -9,16 +9,6 @@
 
 #include "base/env.h"
 
-/* Symmetric, in compressed rows. The diagonal is apart and double: where it is minus the sum of the entries as stored,
-   the rows of a Laplacian sum to zero as well as doubles can, although the entries are float. */
-typedef struct qw_csr {
-    uint32_t row_count;
-    const uint32_t *first;  /* uint32_t[row_count + 1] */
-    const uint32_t *column; /* uint32_t[first[row_count]], none on the diagonal but such of value 0 */
-    const float *value;     /* float[first[row_count]] */
-    const double *diagonal; /* double[row_count], >= 0 */
-} qw_csr;
-
 typedef struct qw_cg_result {
     uint32_t iterations;
     double residual; /* |b - A x| / |b|, computed anew from x where the tolerance is small; 0 when b is 0 */
@@ -37,7 +27,5 @@ typedef void (*qw_apply)(void *user, qw_env *env, const double *x, double *y);
    rounding lets the residual fall no further. */
 qw_cg_result qw_cg_solve(qw_env *env, uint32_t n, qw_apply apply, void *user, const double *diagonal, const double *b,
                          double *x, double tolerance, uint32_t max_iterations);
-qw_cg_result qw_cg_solve_csr(qw_env *env, const qw_csr *matrix, const double *b, double *x, double tolerance,
-                             uint32_t max_iterations);
 
 #endif

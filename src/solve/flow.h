@@ -18,18 +18,17 @@
 qw_flow_result qw_flow_boykov_kolmogorov(qw_env *env, const qw_flow_problem *problem, int32_t *flow);
 /* Maximum flow by shortest augmenting paths (Edmonds and Karp 1972): for the last few units. */
 qw_flow_result qw_flow_edmonds_karp(qw_env *env, const qw_flow_problem *problem, int32_t *flow);
-/* Exact minimum-cost flow among those of maximum value. What flow and potential hold on entry does not matter.
-   potential: int64_t[node_count], the certificate: qw_flow_is_optimal holds for it; every potential lies in least .. 0;
-   a node with supply left over has the least, a node that still lacks some has 0. With these the potentials prove
-   optimality also for the network with the paper's s and t added, that is, no other choice of which supplies to leave
-   out is cheaper. */
-qw_flow_result qw_flow_min_cost(qw_env *env, const qw_flow_problem *problem, int32_t *flow, int64_t *potential);
-/* The same from potentials: 0 everywhere, or, which takes a fraction of the time, what a problem left that differs from
-   this one in a few costs and supplies. Gives up on supplies whose cheapest way costs more than `farthest` beyond what
-   the potentials say: the flow is then optimal for what it sends, and from potentials of 0 the exact minimum-cost flow
-   of its value. From others met and wanted only say whether all was sent. */
-qw_flow_result qw_flow_min_cost_near(qw_env *env, const qw_flow_problem *problem, int64_t farthest, int32_t *flow,
-                                     int64_t *potential);
+/* Exact minimum-cost flow among those of maximum value. What flow holds on entry does not matter. potential:
+   int64_t[node_count], on entry 0 everywhere, or, which takes a fraction of the time, what a problem left that differs
+   from this one in a few costs and supplies; then the certificate: qw_flow_is_optimal holds for it; from potentials of
+   0 every potential lies in least .. 0; a node with supply left over has the least, a node that still lacks some has
+   0. With these the potentials prove optimality also for the network with the paper's s and t added, that is, no other
+   choice of which supplies to leave out is cheaper.
+   Gives up on supplies whose cheapest way costs more than `farthest` beyond what the potentials say (INT64_MAX: on
+   none): the flow is then optimal for what it sends, and from potentials of 0 the exact minimum-cost flow of its value.
+   From others met and wanted only say whether all was sent. */
+qw_flow_result qw_flow_min_cost(qw_env *env, const qw_flow_problem *problem, int64_t farthest, int32_t *flow,
+                                int64_t *potential);
 /* The same by GLPK's integer program solver, without potentials and with another flow of the same cost where there are
    several. False when this build has no GLPK (nothing is written then). Not to be called while the host itself is
    inside GLPK on this thread. */

@@ -22,7 +22,6 @@
 #include "solve/residual.h"
 
 #include <assert.h>
-#include <string.h>
 
 typedef struct forest {
     qw_residual g;
@@ -187,14 +186,8 @@ static void forest_begin(forest *f, qw_env *env, const qw_flow_problem *problem,
         if (in_tree(f, v)) reach_out(f, v);
 }
 
-qw_flow_result qw_flow_min_cost(qw_env *env, const qw_flow_problem *problem, int32_t *flow, int64_t *potential)
-{
-    memset(potential, 0, problem->node_count * sizeof *potential);
-    return qw_flow_min_cost_near(env, problem, INT64_MAX, flow, potential);
-}
-
-qw_flow_result qw_flow_min_cost_near(qw_env *env, const qw_flow_problem *problem, int64_t farthest, int32_t *flow,
-                                     int64_t *potential)
+qw_flow_result qw_flow_min_cost(qw_env *env, const qw_flow_problem *problem, int64_t farthest, int32_t *flow,
+                                int64_t *potential)
 {
     assert(problem->cost && problem->supply && flow && potential && farthest >= 0);
     forest f;

@@ -3,7 +3,7 @@
 #ifndef QW_SOLVE_GRID_H
 #define QW_SOLVE_GRID_H
 
-#include "solve/cg.h"
+#include "solve/csr.h"
 
 #include <string.h>
 

@@ -17,7 +17,7 @@ qw_flow_result qw_flow_min_cost_hub(qw_env *env, const qw_flow_problem *p, uint3
 {
     assert(hub < p->node_count && p->cost && flow && potential);
     uint32_t degree = degree_of(p, hub);
-    if (degree <= 2 * ARCS_A_LEAF) return qw_flow_min_cost_near(env, p, farthest, flow, potential);
+    if (degree <= 2 * ARCS_A_LEAF) return qw_flow_min_cost(env, p, farthest, flow, potential);
     qw_scope_begin(env);
     uint32_t leaves = degree / ARCS_A_LEAF + 1, nodes = p->node_count + leaves, arcs = p->arc_count + 2 * leaves,
              at = 0;
@@ -43,7 +43,7 @@ qw_flow_result qw_flow_min_cost_hub(qw_env *env, const qw_flow_problem *p, uint3
         height[leaf] = potential[hub];
     }
     qw_flow_problem spread = {nodes, arcs, tail, head, capacity, cost, supply};
-    qw_flow_result result = qw_flow_min_cost_near(env, &spread, farthest, wide, height);
+    qw_flow_result result = qw_flow_min_cost(env, &spread, farthest, wide, height);
     memcpy(flow, wide, p->arc_count * sizeof *flow);
     memcpy(potential, height, p->node_count * sizeof *potential);
     qw_scope_end(env);

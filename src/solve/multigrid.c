@@ -388,14 +388,3 @@ qw_cg_result qw_multigrid_solve_with(qw_env *env, qw_multigrid *grids, const flo
     qw_scope_end(env);
     return result;
 }
-
-qw_cg_result qw_multigrid_solve(qw_env *env, const qw_csr *matrix, const float *b, float *x, double tolerance,
-                                uint32_t max_iterations)
-{
-    assert(matrix->first && b && x && tolerance >= 0);
-    qw_scope_begin(env);
-    qw_multigrid *grids = qw_multigrid_build(env, matrix);
-    qw_cg_result result = qw_multigrid_solve_with(env, grids, b, x, tolerance, max_iterations);
-    qw_scope_end(env);
-    return result;
-}

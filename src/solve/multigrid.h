@@ -12,6 +12,7 @@
 #define QW_SOLVE_MULTIGRID_H
 
 #include "solve/cg.h"
+#include "solve/csr.h"
 
 /* The coarser systems of a matrix. Belongs to the scope that it was built in, and borrows the matrix. */
 typedef struct qw_multigrid qw_multigrid;
@@ -24,13 +25,9 @@ qw_multigrid *qw_multigrid_build(qw_env *env, const qw_csr *matrix);
 void qw_multigrid_refresh(qw_env *env, qw_multigrid *grids);
 
 /* b, x: float[row_count]. x holds the first guess on entry (and becomes 0 when b is 0). Where the diagonal is 0, the
-   unknown is left alone. An iteration takes as long as ten of qw_cg_solve_csr. Ends at the tolerance, at
+   unknown is left alone. An iteration takes as long as ten of conjugate gradients. Ends at the tolerance, at
    max_iterations, or where rounding lets the residual fall no further. */
 qw_cg_result qw_multigrid_solve_with(qw_env *env, qw_multigrid *grids, const float *b, float *x, double tolerance,
                                      uint32_t max_iterations);
-
-/* Both at once. */
-qw_cg_result qw_multigrid_solve(qw_env *env, const qw_csr *matrix, const float *b, float *x, double tolerance,
-                                uint32_t max_iterations);
 
 #endif

@@ -12,7 +12,7 @@ typedef struct CCaDiCaL CCaDiCaL;
 
 struct qw_sat {
     qw_env *env;
-    CCaDiCaL *solver; /* NULL without CaDiCaL, and after qw_sat_end */
+    CCaDiCaL *solver; /* NULL without CaDiCaL */
     int *literals;    /* all clauses, each ended by 0 */
     size_t literal_count, literal_capacity;
     int variable_count; /* the largest variable seen */
@@ -30,7 +30,6 @@ static void release(void *user)
 {
     qw_sat *sat = user;
     if (sat->solver) ccadical_release(sat->solver);
-    sat->solver = NULL;
 }
 
 /* One clause is learnt a conflict; preprocessing learns a few without one. */
@@ -85,18 +84,6 @@ qw_sat *qw_sat_begin(qw_env *env)
     return sat;
 }
 
-void qw_sat_end(qw_sat *sat)
-{
-    assert(sat);
-    release(sat);
-    qw_free(sat->env, sat->literals);
-    qw_free(sat->env, sat->values);
-    sat->literals = NULL;
-    sat->values = NULL;
-    sat->literal_count = sat->literal_capacity = sat->value_capacity = 0;
-    sat->value_count = 0;
-}
-
 void qw_sat_clause(qw_sat *sat, const int *literals, uint32_t count)
 {
     /* All that may fail comes first: the solver must not be left with half a clause. */
@@ -113,25 +100,11 @@ void qw_sat_clause(qw_sat *sat, const int *literals, uint32_t count)
     pass_on(sat, 0);
 }
 
-qw_sat_answer qw_sat_solve(qw_sat *sat, int64_t conflict_limit)
-{
-    sat->values = qw_grow(sat->env, sat->values, &sat->value_capacity, (size_t)sat->variable_count + 1, sizeof(int8_t));
-    sat->value_count = sat->variable_count;
-    memset(sat->values, 0, (size_t)sat->value_count + 1);
-    sat->conflicts = 0;
-    qw_sat_answer answer = search(sat, conflict_limit);
-    bool limited = conflict_limit >= 0 && sat->solver;
-    if (limited && (answer == QW_SAT_UNKNOWN || sat->conflicts > conflict_limit)) sat->conflicts = conflict_limit;
-    return answer;
-}
-
 bool qw_sat_value(const qw_sat *sat, int variable)
 {
     assert(variable > 0);
     return variable > 0 && variable <= sat->value_count && sat->values[variable];
 }
-
-int64_t qw_sat_conflicts(const qw_sat *sat) { return sat->conflicts; }
 
 bool qw_sat_check(const qw_sat *sat)
 {
@@ -147,3 +120,18 @@ bool qw_sat_check(const qw_sat *sat)
     }
     return true;
 }
+
+qw_sat_answer qw_sat_solve(qw_sat *sat, int64_t conflict_limit)
+{
+    sat->values = qw_grow(sat->env, sat->values, &sat->value_capacity, (size_t)sat->variable_count + 1, sizeof(int8_t));
+    sat->value_count = sat->variable_count;
+    memset(sat->values, 0, (size_t)sat->value_count + 1);
+    sat->conflicts = 0;
+    qw_sat_answer answer = search(sat, conflict_limit);
+    assert(answer != QW_SAT_YES || qw_sat_check(sat));
+    bool limited = conflict_limit >= 0 && sat->solver;
+    if (limited && (answer == QW_SAT_UNKNOWN || sat->conflicts > conflict_limit)) sat->conflicts = conflict_limit;
+    return answer;
+}
+
+int64_t qw_sat_conflicts(const qw_sat *sat) { return sat->conflicts; }

@@ -10,7 +10,6 @@ typedef enum qw_sat_answer { QW_SAT_UNKNOWN, QW_SAT_YES, QW_SAT_NO } qw_sat_answ
 
 bool qw_sat_available(void); /* false in a build without CaDiCaL: then qw_sat_solve always answers QW_SAT_UNKNOWN */
 qw_sat *qw_sat_begin(qw_env *env); /* lives in the current scope, also when a failure unwinds it */
-void qw_sat_end(qw_sat *sat);      /* gives the memory back early; the scope need not be the same */
 void qw_sat_clause(qw_sat *sat, const int *literals, uint32_t count);
 /* conflict_limit: of this call alone; negative: none. After QW_SAT_UNKNOWN a further call, with more conflicts or more
    clauses, goes on with what has been learnt. */

@@ -4,12 +4,29 @@
 #include "base/constants.h"
 #include "whole/cut.h"
 #include "whole/guides.h"
+#include "whole/motion_on.h"
 
 #include <math.h>
 
+/* Where movement changes within so many edges, directions count in full. */
+static const float MOTION_EDGES = 6;
+
 static bool is_asked(const qw_run_state *run)
 {
-    return run->steering.field != NULL || qw_has_guides(run, QW_GUIDE_DIRECTION);
+    return run->steering.field != NULL || qw_follows_motion(run) || qw_has_guides(run, QW_GUIDE_DIRECTION);
+}
+
+/* Where nothing else is asked for: along and across the lines on which weights and targets are equal. */
+static void add_motion(const qw_run_state *run, qw_vec3 *asked)
+{
+    const qw_trimesh *mesh = &run->working.mesh;
+    qw_vec3 *change = qw_motion_on(run, mesh->position, run->normal, mesh->vertex_count);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) {
+        float share = fminf(MOTION_EDGES * (float)run->rho * qw_length(change[v]), 1);
+        if (qw_length2(asked[v]) == 0)
+            asked[v] = qw_scale(qw_normalize(change[v]), share * (float)run->options.follow_motion);
+    }
+    qw_free(run->env, change);
 }
 
 qw_vec3 *qw_directions_asked(const qw_run_state *run)
@@ -32,6 +49,7 @@ qw_vec3 *qw_directions_asked(const qw_run_state *run)
     qw_keep(env, asked);
     qw_scope_end(env);
     qw_add_guide_directions(run, asked);
+    if (qw_follows_motion(run)) add_motion(run, asked);
     return asked;
 }
 

@@ -1,6 +1,8 @@
 #include "whole/guides.h"
 
+#include "base/elementary.h"
 #include "base/mechanisms.h"
+#include "whole/motion_on.h"
 #include "whole/ring_guides.h"
 #include "whole/small.h"
 #include "geometry/bvh.h"
@@ -26,6 +28,31 @@ bool qw_has_guides(const qw_run_state *run, qw_guide_kind kind)
     return false;
 }
 
+qw_steering qw_steering_with_joints(const qw_run_state *run)
+{
+    qw_env *env = run->env;
+    const qw_steering *of = run->whole.steering;
+    qw_steering all = *of;
+    if (of->joint_count == 0) return all;
+    uint32_t drawn = of->guide_count, points = drawn > 0 ? of->guide_begin[drawn] : 0;
+    all.guide_count += of->joint_count;
+    all.guide_begin = QW_NEW(env, uint32_t, (size_t)all.guide_count + 1);
+    all.guide_kind = QW_NEW(env, uint8_t, all.guide_count);
+    all.guide_rings = QW_NEW_ZERO(env, uint32_t, all.guide_count);
+    all.guide_point = QW_NEW(env, double, 3 * ((size_t)points + of->joint_begin[of->joint_count]));
+    for (uint32_t g = 0; g < all.guide_count; g++) {
+        bool is_joint = g >= drawn;
+        all.guide_begin[g] = is_joint ? points + of->joint_begin[g - drawn] : of->guide_begin[g];
+        all.guide_kind[g] = is_joint ? QW_GUIDE_JOINT : of->guide_kind[g];
+        if (!is_joint) all.guide_rings[g] = of->guide_rings[g];
+    }
+    all.guide_begin[all.guide_count] = points + of->joint_begin[of->joint_count];
+    if (points > 0) memcpy(all.guide_point, of->guide_point, 3 * (size_t)points * sizeof *all.guide_point);
+    memcpy(all.guide_point + 3 * (size_t)points, of->joint_point,
+           3 * (size_t)of->joint_begin[of->joint_count] * sizeof *all.guide_point);
+    return all;
+}
+
 /* ---- on the surface */
 
 /* At most so many samples of a step, however long it is. */
@@ -39,7 +66,7 @@ static void require_near(const qw_run_state *run, const qw_bvh *bvh, const qw_ve
     double worst = 0;
     uint32_t guide = 0, number = 0;
     for (uint32_t g = 0; g < s->guide_count; g++)
-        for (uint32_t i = s->guide_begin[g]; i < s->guide_begin[g + 1]; i++) {
+        for (uint32_t i = s->guide_begin[g]; s->guide_kind[g] != QW_GUIDE_JOINT && i < s->guide_begin[g + 1]; i++) {
             qw_hit hit = qw_bvh_nearest(bvh, point[i], qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
             double off = hit.face == QW_NONE ? INFINITY : sqrt((double)hit.distance2);
             if (off > worst) worst = off, guide = g, number = i - s->guide_begin[g];
@@ -71,7 +98,7 @@ void qw_engrave_guides(qw_run_state *run)
     qw_env *env = run->env;
     const qw_steering *s = &run->steering;
     run->report->guide_edges = 0;
-    if (s->guide_count == 0) return;
+    if (run->whole.steering->guide_count == 0) return;
     double edge = qw_edge_wanted(run, qw_faces_without_small(run, run->surface_faces));
     qw_scope_begin(env);
     const qw_vec3 *point = qw_guides_in_frame(run);
@@ -117,28 +144,113 @@ static bool engrave_neck(qw_run_state *run, const qw_vec3 *point, uint32_t count
     return drawn;
 }
 
+/* Necks and joints are taken one by one. */
+typedef struct taking {
+    qw_run_state *run;
+    const float *size;     /* float[vertices of the surface as it was found]: wanted edges */
+    const qw_trimesh *was; /* that surface */
+    const qw_bvh *tree;
+    qw_vec3 *from, *to; /* steps of what was taken, and of loops that were drawn */
+    uint32_t steps;
+    float edge;
+    qw_necks taken;
+} taking;
+
+static void add_steps(taking *t, const qw_vec3 *point, uint32_t count)
+{
+    for (uint32_t i = 0; i + 1 < count; i++) t->from[t->steps] = point[i], t->to[t->steps++] = point[i + 1];
+}
+
+/* The number of edges along a curve; 0: it is off the surface. */
+static double edges_on(const taking *t, const qw_vec3 *point, uint32_t count)
+{
+    double edges = 0;
+    for (uint32_t i = 0; i + 1 < count; i++) {
+        qw_hit hit = qw_bvh_nearest(t->tree, point[i], qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
+        if (hit.face == QW_NONE || sqrtf(hit.distance2) > (float)MOST_OFF * t->edge) return 0;
+        edges += (double)(qw_distance(point[i], point[i + 1]) / t->size[t->was->corner[3 * (size_t)hit.face]]);
+    }
+    return edges;
+}
+
+/* Whether a joint has room for so many edges around, and nothing was drawn near it. */
+static bool has_room(const taking *t, const qw_vec3 *point, uint32_t count)
+{
+    bool is_closed = qw_distance(point[0], point[count - 1]) == 0;
+    float length = 0;
+    for (uint32_t i = 0; i + 1 < count; i++) length += qw_distance(point[i], point[i + 1]);
+    double edges = edges_on(t, point, count), least = is_closed ? QW_NECK_EDGES : 0.5 * QW_NECK_EDGES;
+    if (edges < least) return false;
+    float near = fmaxf(QW_NECKS_APART * length / (float)edges,
+                       QW_NECKS_APART_SHARE * length / (float)(is_closed ? 2 * QW_PI : QW_PI));
+    if (t->steps == 0) return true;
+    const qw_curve_tree *drawn = qw_curve_tree_build(t->run->env, t->from, t->to, t->steps);
+    for (uint32_t i = 0; i < count; i++)
+        if (qw_curve_nearest(drawn, point[i], near).segment != QW_NONE) return false;
+    return true;
+}
+
+static bool take_curve(taking *t, const qw_vec3 *point, uint32_t count)
+{
+    if (!engrave_neck(t->run, point, count, t->edge)) return false;
+    qw_necks *n = &t->taken;
+    memcpy(n->point + n->begin[n->count], point, count * sizeof *point);
+    n->count++, n->begin[n->count] = n->begin[n->count - 1] + count;
+    return true;
+}
+
+static void take_joints(taking *t)
+{
+    const qw_steering *s = &t->run->steering;
+    if (!qw_follows_motion(t->run) || s->guide_count == 0) return;
+    const qw_vec3 *point = qw_guides_in_frame(t->run);
+    for (int joints = 0; joints < 2; joints++)
+        for (uint32_t g = 0; g < s->guide_count; g++) {
+            const qw_vec3 *p = point + s->guide_begin[g];
+            uint32_t count = s->guide_begin[g + 1] - s->guide_begin[g];
+            if (!joints && s->guide_kind[g] == QW_GUIDE_LOOP) add_steps(t, p, count);
+            if (joints && s->guide_kind[g] == QW_GUIDE_JOINT && has_room(t, p, count) && take_curve(t, p, count))
+                add_steps(t, p, count);
+        }
+}
+
 void qw_engrave_necks(qw_run_state *run, double rho)
 {
     qw_env *env = run->env;
     run->necks = (qw_necks){0};
-    if (run->options.rings > 0 && qw_uses(env, QW_MECH_NECKS)) {
+    bool finds_necks = run->options.rings > 0 && qw_uses(env, QW_MECH_NECKS);
+    if (finds_necks || (qw_follows_motion(run) && run->whole.steering->joint_count > 0)) {
         qw_scope_begin(env);
+        const qw_trimesh was = run->surface;
         float *base_target, *size = qw_wanted_size(run, rho, &base_target, NULL, NULL);
-        qw_necks found = qw_find_necks(env, &run->surface, qw_bvh_build(env, &run->surface), size, run->options.rings);
-        uint32_t points = 0, count = 0;
+        const qw_bvh *tree = qw_bvh_build(env, &was);
+        qw_necks found = {0};
+        if (finds_necks) found = qw_find_necks(env, &was, tree, size, run->options.rings);
+        const qw_steering *s = &run->steering;
+        size_t most = found.count > 0 ? found.begin[found.count] : 0;
+        if (s->guide_count > 0) most += s->guide_begin[s->guide_count];
+        taking t = {run,
+                    size,
+                    &was,
+                    tree,
+                    QW_NEW(env, qw_vec3, most),
+                    QW_NEW(env, qw_vec3, most),
+                    0,
+                    (float)rho,
+                    {0, QW_NEW_ZERO(env, uint32_t, (size_t)found.count + s->guide_count + 1),
+                     QW_NEW(env, qw_vec3, most), NULL}};
+        take_joints(&t);
         for (uint32_t i = 0; i < found.count; i++) {
-            uint32_t begin = found.begin[i], own = found.begin[i + 1] - begin;
-            if (!engrave_neck(run, found.point + begin, own, (float)rho)) continue;
-            memmove(found.point + points, found.point + begin, own * sizeof *found.point);
-            points += own, found.begin[count++] = points - own, found.begin[count] = points;
+            const qw_vec3 *p = found.point + found.begin[i];
+            uint32_t count = found.begin[i + 1] - found.begin[i];
+            if (t.steps == 0 || has_room(&t, p, count)) take_curve(&t, p, count);
         }
-        found.count = count, found.ratio = NULL;
-        if (count > 0) {
-            run->necks = found;
-            qw_keep(env, found.begin), qw_keep(env, found.point);
+        if (t.taken.count > 0) {
+            run->necks = t.taken;
+            qw_keep(env, t.taken.begin), qw_keep(env, t.taken.point);
             keep_surface(run);
         }
-        qw_acted(env, QW_MECH_NECKS, 1), qw_kept(env, QW_MECH_NECKS, count);
+        qw_acted(env, QW_MECH_NECKS, 1), qw_kept(env, QW_MECH_NECKS, t.taken.count);
         qw_scope_end(env);
     }
     run->report->nests = run->necks.count;

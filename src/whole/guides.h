@@ -4,12 +4,15 @@
 
 #include "whole/state.h"
 
+/* What steers the whole, with the joints behind its guides as guides of the kind QW_GUIDE_JOINT. */
+qw_steering qw_steering_with_joints(const qw_run_state *run);
+
 /* Makes the loops among the guides marked edges of run->surface, which has its other marks. Fails with QW_ARGUMENT
    where a guide is off the surface. */
 void qw_engrave_guides(qw_run_state *run);
 
 /* Finds necks of the surface, as strongly as the option `rings` says (remesh/sizes/necks.h), and makes those that can
-   be drawn on it curves of nests: run->necks. */
+   be drawn on it curves of nests, after the joints that have room: run->necks. */
 void qw_engrave_necks(qw_run_state *run, double rho);
 
 /* Adds to the directions asked for, qw_vec3[working vertices], what guides of direction ask for beside them. */

@@ -356,7 +356,7 @@ static const qw_curve_tree *drawn_so_far(const qw_run_state *run, const folding 
 /* There are no more stretches than points, and no more crossings. */
 static qw_steering steering_of(const qw_run_state *run, const qw_mirror_plane *plane, double sign)
 {
-    const qw_steering *from = run->whole.steering;
+    const qw_steering *from = &run->steering; /* still of the whole */
     qw_steering to = *from;
     if (from->guide_count == 0) return to;
     size_t points = from->guide_begin[from->guide_count];

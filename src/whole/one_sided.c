@@ -1,18 +1,28 @@
 #include "whole/one_sided.h"
 
 #include "geometry/bvh.h"
+#include "products/attributes/motion.h"
 #include "remesh/sizes/painted.h"
+#include "whole/motion_on.h"
 
 #include <math.h>
 
 /* Densities are alike within this share of their mean. */
 static const double DENSITY_ALIKE = 0.05;
+/* The same of directions: weights that a person paints, or a program finds, are less alike. */
+static const double MOTION_ALIKE = 0.2;
 
 static qw_vec3 reflected_in_frame(const qw_run_state *run, const qw_mirror_plane *plane, const double p[3])
 {
     double q[3];
     qw_reflect(plane, p, q);
     return qw_in_frame(&run->whole.clean.frame, q);
+}
+
+static qw_vec3 reflected_direction(const qw_mirror_plane *plane, qw_vec3 d)
+{
+    qw_vec3 normal = qw_v3_of_doubles(plane->normal);
+    return qw_madd(d, -2 * qw_dot(d, normal), normal);
 }
 
 /* Segments between points of the input, and whether the reflection of each end and middle lies on one. */
@@ -89,6 +99,31 @@ static bool densities_are_alike(const qw_run_state *run, const qw_mirror_plane *
     return off <= DENSITY_ALIKE * all;
 }
 
+static bool motions_are_alike(const qw_run_state *run, const qw_mirror_plane *plane)
+{
+    const qw_clean *clean = &run->whole.clean;
+    const qw_trimesh *m = &clean->mesh;
+    qw_env *env = run->env;
+    if (!qw_follows_motion(run)) return true;
+    qw_vec3 *normal = qw_vertex_normals(env, m), *point = QW_NEW(env, qw_vec3, m->vertex_count),
+            *facing = QW_NEW(env, qw_vec3, m->vertex_count);
+    for (uint32_t v = 0; v < m->vertex_count; v++) {
+        double p[3];
+        qw_place_in_input(clean, m->position[v], p);
+        point[v] = reflected_in_frame(run, plane, p), facing[v] = reflected_direction(plane, normal[v]);
+    }
+    const qw_vec3 *motion = run->whole.steering->motion,
+                  *here = qw_motion_at_points(env, clean, motion, m->position, normal, m->vertex_count),
+                  *there = qw_motion_at_points(env, clean, motion, point, facing, m->vertex_count);
+    double off = 0, all = 0;
+    for (uint32_t v = 0; v < m->vertex_count; v++) { /* lines, which have no sign */
+        qw_vec3 d = reflected_direction(plane, here[v]);
+        off += fmin((double)qw_distance(d, there[v]), (double)qw_length(qw_add(d, there[v])));
+        all += (double)qw_length(d);
+    }
+    return off <= MOTION_ALIKE * all;
+}
+
 const char *qw_one_sided_steering(const qw_run_state *run, const qw_mirror_plane *plane)
 {
     const char *what = NULL;
@@ -96,6 +131,7 @@ const char *qw_one_sided_steering(const qw_run_state *run, const qw_mirror_plane
     if (run->whole.steering->field_count > 0) what = "directions that were given";
     else if (!guides_are_alike(run, plane)) what = "guides";
     else if (!densities_are_alike(run, plane)) what = "densities";
+    else if (!motions_are_alike(run, plane)) what = "weights or targets";
     qw_scope_end(run->env);
     return what;
 }

@@ -3,6 +3,7 @@
 #include "base/constants.h"
 #include "remesh/sizes/painted.h"
 #include "whole/kept_rims.h"
+#include "whole/motion_on.h"
 #include "whole/ring_guides.h"
 
 #include <string.h>
@@ -20,7 +21,7 @@ double qw_turn_of_edge(const qw_run_state *run) { return 2 * QW_PI / ((double)ru
 
 bool qw_has_density(const qw_run_state *run)
 {
-    return run->options.adaptive > 0 || run->options.around > 0 || run->input.density;
+    return run->options.adaptive > 0 || run->options.around > 0 || run->input.density || qw_follows_motion(run);
 }
 
 float *qw_wanted_size(const qw_run_state *run, double rho, float **base_target, qw_tip_list *tips, qw_nests *nests)
@@ -38,6 +39,7 @@ float *qw_wanted_size(const qw_run_state *run, double rho, float **base_target, 
                                .refinement = run->refinement,
                                .refinements = run->plan.refinements};
     float *size = qw_shared_sizes(env, &request, tips);
+    if (qw_follows_motion(run)) qw_fit_motion(run, size);
     if (qw_keeps_rims(run)) qw_fit_rims(run, size);
     qw_nests fitted = qw_nests_of_guides(run, qw_in_quads(run, run->core.area));
     qw_fit_nests(env, &run->surface, &fitted, size);

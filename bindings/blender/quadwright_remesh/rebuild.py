@@ -35,7 +35,7 @@ def attributes_of(snapshot, keep):
             add(f"groups {i // 16}", np.ascontiguousarray(snapshot.weights[others[i : i + 16]].T), "vertex", "values")
     if "SHAPES" in keep:
         for i, (_, offsets) in enumerate(snapshot.shapes):
-            add(f"shape {i}", offsets.astype(np.float32), "vertex", "values")
+            add(f"target:{i}", offsets.astype(np.float32), "vertex", "values")
     return about, arrays
 
 
@@ -467,7 +467,7 @@ def _set_shapes(obj, snapshot, quads, old_keys):
     blocks = {snapshot.reference_name: obj.data.shape_keys.key_blocks[0]}
     for i, (about, _) in enumerate(snapshot.shapes):
         block = obj.shape_key_add(name=about["name"], from_mix=False)
-        placed = (base + quads.arrays[f"a:shape {i}"]).astype(np.float32)
+        placed = (base + quads.arrays[f"a:target:{i}"]).astype(np.float32)
         placed[quads.still] = about["placed"][quads.still_from]
         block.data.foreach_set("co", placed.reshape(-1))
         block.slider_min, block.slider_max = about["min"], about["max"]

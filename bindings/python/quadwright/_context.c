@@ -132,14 +132,14 @@ static PyObject *context_set_attributes(PyObject *self, PyObject *tuples)
 {
     context *c = (context *)self;
     attribute_list list;
-    bool is_taken = native_take_attributes(tuples, &list) && begin(c, Py_None, Py_None);
-    if (is_taken) {
+    PyObject *result = NULL;
+    if (native_take_attributes(tuples, &list) && begin(c, Py_None, Py_None)) {
         attribute_list old = c->attributes;
         c->attributes = list, list = old;
-        end(c);
+        result = settle(c, qw_set_motion(c->context, c->attributes.attributes, c->attributes.count));
     }
     native_free_attributes(&list);
-    return is_taken ? Py_NewRef(Py_None) : NULL;
+    return result;
 }
 
 static PyObject *context_set_density(PyObject *self, PyObject *density)

@@ -153,3 +153,19 @@ def test_symmetry(tool, tmp_path, surface):
     for wrong, error in (("w", quadwright.OptionError), (3, TypeError), ((1, 2, 3), TypeError), ((0, 0, 0, 1), TypeError), (("a",) * 4, TypeError)):
         with pytest.raises(error, match="symmetry"):
             quadwright.remesh(points, faces, symmetry=wrong)
+
+
+def test_motion():
+    """Weights steer by themselves."""
+    n, m = 48, 80
+    a, z = np.meshgrid(2 * np.pi * np.arange(n) / n, np.linspace(-4, 4, m))
+    points = np.stack([np.cos(a), np.sin(a), z], -1).reshape(-1, 3)
+    i, k = np.meshgrid(np.arange(m - 1) * n, np.arange(n), indexing="ij")
+    faces = np.stack([i + k, i + (k + 1) % n, i + n + (k + 1) % n, i + n + k], -1).reshape(-1, 4)
+    weight = np.clip(0.5 + (points[:, 2] + 0.7 * points[:, 1]) / 2, 0, 1)
+    weights = Attribute(np.stack([1 - weight, weight], -1).astype(np.float32), "vertex", "weights", groups=np.tile(np.array([0, 1], np.uint32), (len(points), 1)))
+    remesher = quadwright.Remesher(points, faces, attributes={"weights": weights})
+    assert remesher.remesh(faces=600).report["nests"] == 1
+    without = remesher.remesh(faces=600, follow_motion=0)
+    assert without.report["nests"] == 0
+    assert np.array_equal(without.quads, quadwright.remesh(points, faces, faces=600).quads)

@@ -19,8 +19,6 @@ enum {
     STEPS_A_STRETCH = 8,
     STRETCHES = STEPS_A_STRETCH * (sizeof stretches / sizeof *stretches)
 };
-/* How often all components are gone through, each of which takes the size that is best while the others keep theirs. */
-enum { SWEEPS = 8 };
 /* The best sizes are improved by circuits: BEST_SIZES of them, or more where edges times sizes stay below
    EDGES_IMPROVED (docs/dev/decisions/closed-offsets.md). */
 enum { BEST_SIZES = 3, EDGES_IMPROVED = 6000 };
@@ -143,22 +141,6 @@ static void stretch_components(qw_env *env, qw_search *s, const combination *pla
     qw_scope_end(env);
 }
 
-/* Exchanges the trial of each component with faults, or of all where the count is missed, for one of another size, as
-   long as that lowers the score. */
-static void exchange_sizes(qw_env *env, qw_search *s, const combination *some, int count)
-{
-    bool better = s->components->count > 1;
-    for (int sweep = 0; sweep < SWEEPS && better; sweep++) {
-        better = false;
-        for (uint32_t p = 0; p < s->components->count; p++)
-            for (int i = 0; i < count && is_poor(s, p); i++) {
-                bool taken = qw_search_take_if_better(s, &some[i].trial[p]);
-                better |= taken;
-                qw_acted(env, QW_MECH_SIZES_EXCHANGED, 1), qw_kept(env, QW_MECH_SIZES_EXCHANGED, taken);
-            }
-    }
-}
-
 void qw_search_sizes(qw_env *env, qw_search *s)
 {
     assert(s->tries > 0);
@@ -178,7 +160,6 @@ void qw_search_sizes(qw_env *env, qw_search *s)
     qw_kept(env, QW_MECH_CIRCUITS, some[0].trial[0].known);
     s->sum = some[0].sum, s->score = some[0].score;
     for (uint32_t p = 0; p < n; p++) qw_search_copy(s, &s->kept[p], &some[0].trial[p]);
-    if (qw_uses(env, QW_MECH_SIZES_EXCHANGED)) exchange_sizes(env, s, some, count);
     const combination *plain = cheapest(some, count);
     if (plain && qw_uses(env, QW_MECH_STRETCHED)) stretch_components(env, s, plain);
     qw_scope_end(env);

@@ -1,4 +1,4 @@
-/* The steps of the search for integers that try sizes: of all components together, of each by itself, of long
+/* The steps of the search for integers that try sizes: of all components together, of long
  * components stretched, and with noise. */
 #ifndef QW_REMESH_QUANTISE_SEARCH_SIZES_H
 #define QW_REMESH_QUANTISE_SEARCH_SIZES_H

@@ -9,9 +9,8 @@
 #include <math.h>
 #include <string.h>
 
-/* q of a neck at strength 1; its least edges; how much q rises between two necks on one limb. */
+/* q of a neck at strength 1; how much q rises between two necks on one limb. */
 static const double MOST_RATIO = 0.4, RISE = 1.25;
-enum { LEAST_EDGES = 6 };
 /* Distances from so many points, far from one another, say how far out a vertex is. A tip is farther out than the
    saddle to the next by so many edges. */
 enum { BASES = 8, MOST_SEEDS = 64, MOST_FOUND = 256 };
@@ -23,8 +22,6 @@ static const double MOST_INSIDE = 0.4, FARTHEST = 0.6; /* the latter of the vert
 enum { MOST_COMPONENTS = 8 };
 /* Points of a curve, and the rounds in which it is made smooth and short. */
 enum { POINTS = 32, ROUNDS = 12 };
-/* Two curves nearer than so many edges, or than this share of their radius, are one. */
-static const float APART = 3, APART_SHARE = 0.5f;
 
 typedef struct neck {
     double ratio;
@@ -239,7 +236,7 @@ static void take_neck(search *s, const levels *l, const float *distance, int j)
               .size = (float)(l->size[j] / l->length[j])};
     if (!trace(s, distance, l->step * (float)(j + 1), l->length[j], n.point)) return;
     tighten(s, n.point);
-    if (length_of(n.point) >= LEAST_EDGES * (double)n.size && s->count < MOST_FOUND) s->found[s->count++] = n;
+    if (length_of(n.point) >= QW_NECK_EDGES * (double)n.size && s->count < MOST_FOUND) s->found[s->count++] = n;
 }
 
 static double ratio_at(const levels *l, int j)
@@ -259,7 +256,7 @@ static void find_minima(search *s, const levels *l, const float *distance)
         if (q < least && goes_on) best = j;
         if (goes_on && j + 1 < LEVELS && !(q > RISE * least)) continue;
         bool is_neck = least <= s->most_ratio && before > RISE * least;
-        if (is_neck && l->length[best] >= LEAST_EDGES * l->size[best] / l->length[best])
+        if (is_neck && l->length[best] >= QW_NECK_EDGES * l->size[best] / l->length[best])
             take_neck(s, l, distance, best);
         if (!goes_on) return;
         before = is_neck ? q : fmax(before, q), best = j;
@@ -286,8 +283,8 @@ static void look_from(search *s, uint32_t seed)
 
 static bool are_near(const neck *a, const neck *b)
 {
-    float near = fmaxf(APART * fmaxf(a->size, b->size),
-                       APART_SHARE * (float)(fmin(length_of(a->point), length_of(b->point)) / (2 * QW_PI)));
+    float near = fmaxf(QW_NECKS_APART * fmaxf(a->size, b->size),
+                       QW_NECKS_APART_SHARE * (float)(fmin(length_of(a->point), length_of(b->point)) / (2 * QW_PI)));
     for (int i = 0; i < POINTS; i++)
         for (int k = 0; k < POINTS; k++)
             if (qw_distance(a->point[i], b->point[k]) < near) return true;

@@ -10,6 +10,12 @@
 
 #include "geometry/bvh.h"
 
+/* So many edges are to fit around a neck at least. */
+enum { QW_NECK_EDGES = 6 };
+/* Two curves nearer than so many edges, or than this share of their radius, are one. */
+#define QW_NECKS_APART       3.0f
+#define QW_NECKS_APART_SHARE 0.5f
+
 typedef struct qw_necks {
     uint32_t count;
     uint32_t *begin; /* uint32_t[count + 1]: points of neck i are point[begin[i]] .. point[begin[i + 1]] */

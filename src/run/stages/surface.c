@@ -8,6 +8,7 @@
 #include "whole/kept_rims.h"
 #include "whole/wrapped.h"
 #include "whole/guides.h"
+#include "whole/motion_on.h"
 #include "run/stages/split_levels.h"
 #include "run/stages/stages.h"
 
@@ -100,7 +101,7 @@ void qw_stage_CLEAN(qw_run_state *run)
 /* What is remeshed: all of the clean surface, or one side of a plane of symmetry. */
 void qw_stage_CORE(qw_run_state *run)
 {
-    run->input = *run->whole.input, run->steering = *run->whole.steering;
+    run->input = *run->whole.input, run->steering = qw_steering_with_joints(run);
     run->clean = run->whole.clean, run->clean_census = run->whole.census;
     run->area = run->whole.area;
     run->extent = qw_total_extent(run->env, &run->clean.mesh, &run->clean_census);
@@ -117,7 +118,8 @@ void qw_stage_CORE(qw_run_state *run)
 double qw_surface_faces(const qw_run_state *run, const qw_options *options)
 {
     double times = qw_times_used(run); /* a half is as fine as the whole would be */
-    if (qw_may_be_thin(run) || options->rings > 0)
+    bool has_joints = run->whole.steering->joint_count > 0 && options->follow_motion > 0;
+    if (qw_may_be_thin(run) || options->rings > 0 || has_joints)
         return qw_faces_wanted(run, options) / times; /* which parts are,
                        and around which necks there are rings, the count decides */
     double least = qw_faces_wanted(run, options) * (1 - 1e-9), faces = 1;
@@ -227,7 +229,8 @@ static double dense_for(const qw_run_state *run, double edge)
    that is so much finer than most quads need that the surface is worth coarsening again. */
 static bool condense_for_sizes(qw_run_state *run, double rho)
 {
-    double strength = run->input.density || run->options.around > 0 ? 1 : run->options.adaptive,
+    double strength = run->input.density || qw_follows_motion(run) || run->options.around > 0 ? 1
+                                                                                              : run->options.adaptive,
            smallest = qw_pow(SMALLER, strength), edge = (double)CONDENSED * smallest * rho;
     if (run->surface.face_count > dense_for(run, edge)) {
         qw_scope_begin(run->env);

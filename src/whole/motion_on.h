@@ -1,0 +1,16 @@
+/* How the input moves, on the surfaces of a run. */
+#ifndef QW_WHOLE_MOTION_ON_H
+#define QW_WHOLE_MOTION_ON_H
+
+#include "whole/state.h"
+
+/* Whether skin weights or targets steer the run. */
+bool qw_follows_motion(const qw_run_state *run);
+
+/* qw_motion_at_points in the frame of the run. */
+qw_vec3 *qw_motion_on(const qw_run_state *run, const qw_vec3 *point, const qw_vec3 *normal, uint32_t count);
+
+/* Shortens the wanted edges at the vertices of run->surface so that some rows lie where movement changes. */
+void qw_fit_motion(const qw_run_state *run, float *size);
+
+#endif
