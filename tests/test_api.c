@@ -95,7 +95,7 @@ static const change changes[] = {
     {"subdivide", "1"},      {"fit_to", "limit"},
     {"fill_holes", "40"},    {"fast", "draft"},
     {"wrap_quads", "0.5"},   {"exact", "0"},
-    {"jacobian_min", "0.3"},
+    {"jacobian_min", "0.3"}, {"follow_motion", "1"},
 };
 enum { CHANGES = sizeof changes / sizeof *changes };
 

@@ -697,7 +697,8 @@ static void lines_of_many_quads_are_those_of_few(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
-    whole few = whole_with_loops(env, unit_double_torus(env, 3), 1000, 0.5), many = whole_with_loops(env, unit_double_torus(env, 3), 16000, 0.5);
+    whole few = whole_with_loops(env, unit_double_torus(env, 3), 1000, 0.5),
+          many = whole_with_loops(env, unit_double_torus(env, 3), 16000, 0.5);
     double length[2], quads[2] = {1000, 16000};
     for (int i = 0; i < 2; i++) {
         const whole *s = i ? &many : &few;

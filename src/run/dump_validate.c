@@ -206,6 +206,11 @@ static void validate_marked(qw_context_state *c)
     read.needed = run->core.needed;
     run->core = read;
     validate_surface(c, &run->surface);
+    const qw_necks *necks = &run->necks;
+    REQUIRE(c, !necks->begin == (necks->count == 0) && !necks->point == (necks->count == 0), "necks are missing");
+    for (uint32_t i = 0; i < necks->count; i++)
+        REQUIRE(c, necks->begin[0] == 0 && necks->begin[i] + 2 < necks->begin[i + 1],
+                "a neck has fewer than three points");
     run->surface_census = qw_trimesh_census(c->env, &run->surface);
     require_topology(c, &run->surface_census, &run->core.census, "the marked surface has another topology");
 }

@@ -219,8 +219,9 @@ static void add_face(const flattening *t, uint32_t b, const uint32_t *side, uint
     for (uint32_t l = first; l < o->loop_count; l++)
         if (area_of(t, l, p->axis) > area_of(t, largest, p->axis)) largest = l;
     double sign = p->sine < 0 ? -1 : 1;
-    o->surface[o->count] =
-        (qw_patch_surface){.radius = p->radius, .angle = asin(fabs(p->sine)), .is_hollow = is_against(t, b)};
+    o->surface[o->count] = (qw_patch_surface){.radius = p->radius,
+                                              .angle = qw_atan2(fabs(p->sine), sqrt(fmax(0, 1 - p->sine * p->sine))),
+                                              .is_hollow = is_against(t, b)};
     for (int k = 0; k < 3; k++)
         o->surface[o->count].point[k] = p->point[k], o->surface[o->count].axis[k] = sign * p->axis[k];
     o->outer[o->count] = p->kind == QW_PLANE ? largest : QW_NONE, o->block[o->count] = b;

@@ -12,7 +12,7 @@
 
 /* Quads of strips that cross themselves by which there must be fewer for a quad that lines must become shorter by in a
    meeting: the search comes when meetings have used up most of what distortion may be had for. */
-static const double LEFT_WORTH = 4;
+static const double LEFT_WORTH = 6;
 /* Quads by which a move may make the score worse at first. */
 static const double FIRST_THRESHOLD = 20;
 /* Moves that are tried. */

@@ -2,6 +2,8 @@
 
 #include "base/mechanisms.h"
 #include "base/promise.h"
+#include "remesh/meetings/tries.h"
+#include "remesh/quantise/closed_moves.h"
 #include "remesh/quantise/search_count.h"
 #include "remesh/quantise/search_curves.h"
 #include "remesh/quantise/search_sizes.h"
@@ -12,9 +14,11 @@
 
 /* MOST_APART: larger complexes, in edges, skip the second search, which keeps curves apart. */
 enum { MOST_APART = 4000 };
-/* Quads for each edge of the complexes with which lines are made to meet at least, as rounding moves each edge by a
-   share of a quad. */
-static const double QUADS_AN_EDGE = 6;
+/* What rounding with fewer quads may cost more than with all, as a share of the quads. */
+static const double MOST_ROUNDING = 0.03;
+/* Quads that lines must be shorter by for a unit of energy: more than in a meeting, as energy counts quads, and where
+   they are large there are few. */
+static const double ENERGY_WORTH = 2;
 /* APART_SHARE: the second search is accepted if at most this share of the contacts remains. MOST_TOUCHING: where the
    complex has more triangles than quads are wanted, it is skipped above this many contacts a quad, as each takes a row
    of quads, and it would find nothing in ten times the time. */
@@ -95,11 +99,12 @@ static void keep_apart(qw_env *env, qw_components *components, qw_search *s, uin
         for (uint32_t p = 0; p < components->count; p++) components->component[p].decimated.complex.at_least = NULL;
 }
 
-/* By how much the integers of fewer quads may be multiplied: as long as so many quads are left for an edge. */
+/* By how much the integers of fewer quads may be multiplied: rounding is off by up to half a quad in two components of
+   an edge, which costs a sixth in the mean. */
 static uint32_t coarse_factor(qw_env *env, const qw_search *s)
 {
     if (!(s->request.loops > 0) || !qw_uses(env, QW_MECH_COARSE_FIRST)) return 1;
-    return (uint32_t)sqrt(s->request.quads / fmax(s->edges * QUADS_AN_EDGE, 1));
+    return (uint32_t)sqrt(6 * MOST_ROUNDING * s->request.quads / fmax(s->edges, 1));
 }
 
 /* The trials of another search, `factor` as many quads each way. Returns their sums. */
@@ -136,34 +141,61 @@ static qw_search find_coarse(qw_env *env, qw_components *components, const qw_se
 }
 
 /* Makes lines meet with fewer quads, and multiplies the integers: each strip becomes as many side by side, and lines
-   that meet still do. Taken where it has no fault that there is not without. */
-static bool meet_coarse(qw_env *env, qw_components *components, qw_search *s, uint32_t factor, qw_search_result *result)
+   that meet still do. `other` becomes the search with these integers; false where they have a fault that there is not
+   without. */
+static bool meet_coarse(qw_env *env, qw_components *components, const qw_search *s, uint32_t factor, qw_search *other,
+                        qw_search_result *result)
 {
     assert(factor > 1);
     qw_search coarse = find_coarse(env, components, s, factor, &result->tries);
-    qw_trial *t = QW_NEW(env, qw_trial, components->count);
-    qw_search_total sum = multiply(env, &coarse, factor, s, t);
+    *other = *s, other->kept = QW_NEW(env, qw_trial, components->count);
+    qw_search_total sum = multiply(env, &coarse, factor, s, other->kept);
     bool is_sound = sum.open <= s->sum.open && sum.inverted <= s->sum.inverted && sum.collapsed <= s->sum.collapsed &&
-                    sum.touching <= count_touching(env, s) && qw_search_miss(s, &sum) <= qw_search_miss(s, &s->sum);
-    qw_log(env, QW_LOG_DEBUG, "%.0f quads, %u times each way: %.0f, %u touch, %u inverted, %u vanish: %s",
+                    sum.touching <= count_touching(env, s) &&
+                    sum.cost <= s->sum.cost + MOST_ROUNDING * s->request.quads &&
+                    qw_search_miss(s, &sum) <= qw_search_miss(s, &s->sum);
+    qw_log(env, QW_LOG_DEBUG,
+           "%.0f quads, %u times each way: %.0f, %u touch, %u inverted, %u vanish; cost %.0f for %.0f%s",
            coarse.sum.area, factor, sum.area, (unsigned)sum.touching, (unsigned)sum.inverted, (unsigned)sum.collapsed,
-           is_sound ? "taken" : "left");
-    qw_acted(env, QW_MECH_COARSE_FIRST, 1), qw_kept(env, QW_MECH_COARSE_FIRST, is_sound);
+           sum.cost, s->sum.cost, is_sound ? "" : ": left");
     if (!is_sound) return false;
     qw_meeting_counts meetings = qw_search_meet(env, &coarse, false);
-    s->sum = multiply(env, &coarse, factor, s, t);
-    for (uint32_t p = 0; p < components->count; p++) qw_search_copy(s, &s->kept[p], &t[p]);
-    result->meetings = qw_search_meet(env, s, true);
+    other->sum = multiply(env, &coarse, factor, s, other->kept);
+    result->meetings = qw_search_meet(env, other, true);
     result->meetings.tried += meetings.tried, result->meetings.kept += meetings.kept;
     return true;
 }
 
-/* With as few quads first as serve, else with all. */
+/* What lines and distortion cost together. */
+static double score_lines(qw_env *env, const qw_search *s, const qw_meeting_counts *m)
+{
+    double energy = 0;
+    for (uint32_t p = 0; p < s->components->count; p++) {
+        qw_complex c = *qw_search_complex(s, p);
+        qw_complex of = c;
+        c.d = s->kept[p].d, c.real = QW_NEW(env, qw_real2, c.edge_count);
+        qw_trial_aim(&of, &s->kept[p], c.real);
+        for (uint32_t f = 0; f < c.face_count; f++) energy += qw_triangle_energy(&c, f);
+    }
+    return (double)m->length_after + ENERGY_WORTH * energy;
+}
+
+/* With as few quads first as serve, else with all. Where there are few cones lines may meet as well with all. */
 static void make_lines_meet(qw_env *env, qw_components *components, qw_search *s, qw_search_result *result)
 {
-    for (uint32_t factor = coarse_factor(env, s); factor > 1; factor = factor > 2 ? 2 : 1)
-        if (meet_coarse(env, components, s, factor, result)) return;
-    result->meetings = qw_search_meet(env, s, false);
+    qw_search other;
+    bool is_found = false;
+    for (uint32_t factor = coarse_factor(env, s); factor > 1 && !is_found; factor = factor > 2 ? 2 : 1) {
+        is_found = meet_coarse(env, components, s, factor, &other, result);
+        qw_acted(env, QW_MECH_COARSE_FIRST, 1);
+    }
+    bool is_taken = is_found && s->edges > QW_MOST_MOVED_EDGES;
+    if (!is_taken) {
+        qw_meeting_counts meetings = qw_search_meet(env, s, false);
+        is_taken = is_found && score_lines(env, &other, &result->meetings) < score_lines(env, s, &meetings);
+        if (!is_taken) result->meetings = meetings;
+    }
+    if (is_taken) *s = other, qw_kept(env, QW_MECH_COARSE_FIRST, 1);
 }
 
 qw_search_result qw_search_integers(qw_env *env, qw_components *components, const qw_search_request *request,
