@@ -5,6 +5,9 @@
 
 #include "remesh/quantise/complex_components.h"
 
+/* Edges of the quads around a hole at least: with fewer it would close. */
+enum { QW_HOLE_EDGES = 4 };
+
 typedef struct qw_closed_curves {
     uint32_t count;
     uint32_t *begin; /* uint32_t[count + 1]: edges of curve i are edge[begin[i]] to edge[begin[i + 1]] */

@@ -18,8 +18,7 @@ enum { USUAL_CLOSED = 1, STIFF_CLOSED = 4, STIFF_FLAT = 3 };
 /* A component whose closed offsets have less than this share of the area by its edges has collapsed (around a
    protrusion thinner than a quad): no size gives it its count, and a large size only makes offsets long. */
 static const double LEAST_AREA = 0.25;
-/* Edges of the quads around a hole (keep_loops_open). The weight is the largest that qw_complex_weigh gives. */
-static const double LOOP_EDGES = 4;
+/* The largest weight that qw_complex_weigh gives. */
 static const float LOOP_WEIGHT = 3;
 
 static double twice_area(unsigned rot_a, qw_real2 a, unsigned rot_b, qw_real2 b)
@@ -64,7 +63,7 @@ static void release_moved(qw_offset_mesh *m)
     }
 }
 
-/* Makes constrained loops that meet no other curve, the rims of holes, LOOP_EDGES long and stiff where `scale`
+/* Makes constrained loops that meet no other curve, the rims of holes, QW_HOLE_EDGES long and stiff where `scale`
    leaves them shorter: a hole with fewer edges around would close. */
 static void keep_loops_open(qw_env *env, qw_component *component, double scale)
 {
@@ -78,9 +77,10 @@ static void keep_loops_open(qw_env *env, qw_component *component, double scale)
         for (uint32_t k = 0; k < count; k++)
             length += fabs((double)c->real[edge[k]].x) + fabs((double)c->real[edge[k]].y);
         length *= scale;
-        qw_did(env, QW_MECH_LOOPS_OPEN, length > 0 && length < LOOP_EDGES);
-        for (uint32_t k = 0; k < count && length > 0 && length < LOOP_EDGES; k++) {
-            c->real[edge[k]].x *= (float)(LOOP_EDGES / length), c->real[edge[k]].y *= (float)(LOOP_EDGES / length);
+        qw_did(env, QW_MECH_LOOPS_OPEN, length > 0 && length < QW_HOLE_EDGES);
+        for (uint32_t k = 0; k < count && length > 0 && length < QW_HOLE_EDGES; k++) {
+            c->real[edge[k]].x *= (float)(QW_HOLE_EDGES / length),
+                c->real[edge[k]].y *= (float)(QW_HOLE_EDGES / length);
             c->weight[edge[k]] = LOOP_WEIGHT;
         }
     }

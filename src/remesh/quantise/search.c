@@ -3,6 +3,7 @@
 #include "base/mechanisms.h"
 #include "base/promise.h"
 #include "remesh/meetings/tries.h"
+#include "remesh/quantise/closed_curves.h"
 #include "remesh/quantise/closed_moves.h"
 #include "remesh/quantise/search_count.h"
 #include "remesh/quantise/search_curves.h"
@@ -11,6 +12,7 @@
 
 #include <assert.h>
 #include <math.h>
+#include <stdlib.h>
 
 /* MOST_APART: larger complexes, in edges, skip the second search, which keeps curves apart. */
 enum { MOST_APART = 4000 };
@@ -124,7 +126,7 @@ static qw_search_total multiply(qw_env *env, const qw_search *coarse, uint32_t f
     return sum;
 }
 
-/* Integers with fewer quads. Its signs are not kept. */
+/* Integers with fewer quads, without the signs that keep curves apart. */
 static qw_search find_coarse(qw_env *env, qw_components *components, const qw_search *s, uint32_t factor,
                              uint32_t *tries)
 {
@@ -140,6 +142,28 @@ static qw_search find_coarse(qw_env *env, qw_components *components, const qw_se
     return coarse;
 }
 
+static int64_t length_of(const qw_closed_curves *curves, uint32_t i, const qw_int2 *d)
+{
+    int64_t length = 0;
+    for (uint32_t k = curves->begin[i]; k < curves->begin[i + 1]; k++)
+        length += abs(d[curves->edge[k]].x) + abs(d[curves->edge[k]].y);
+    return length;
+}
+
+/* Whether the rims that search s keeps open are not shorter in the other. */
+static bool keeps_holes(qw_env *env, const qw_search *s, const qw_search *other)
+{
+    bool all = true;
+    for (uint32_t p = 0; p < s->components->count; p++) {
+        qw_closed_curves curves = qw_find_closed_curves(env, &s->components->component[p]);
+        for (uint32_t i = 0; i < curves.count; i++) {
+            int64_t had = length_of(&curves, i, s->kept[p].d), has = length_of(&curves, i, other->kept[p].d);
+            all &= has >= had || has >= QW_HOLE_EDGES;
+        }
+    }
+    return all;
+}
+
 /* Makes lines meet with fewer quads, and multiplies the integers: each strip becomes as many side by side, and lines
    that meet still do. `other` becomes the search with these integers; false where they have a fault that there is not
    without. */
@@ -148,10 +172,11 @@ static bool meet_coarse(qw_env *env, qw_components *components, const qw_search 
 {
     assert(factor > 1);
     qw_search coarse = find_coarse(env, components, s, factor, &result->tries);
+    if (qw_uses(env, QW_MECH_EVEN_CURVES)) qw_search_make_even(env, &coarse);
     *other = *s, other->kept = QW_NEW(env, qw_trial, components->count);
     qw_search_total sum = multiply(env, &coarse, factor, s, other->kept);
     bool is_sound = sum.open <= s->sum.open && sum.inverted <= s->sum.inverted && sum.collapsed <= s->sum.collapsed &&
-                    sum.touching <= count_touching(env, s) &&
+                    sum.touching <= count_touching(env, s) && keeps_holes(env, s, other) &&
                     sum.cost <= s->sum.cost + MOST_ROUNDING * s->request.quads &&
                     qw_search_miss(s, &sum) <= qw_search_miss(s, &s->sum);
     qw_log(env, QW_LOG_DEBUG,
@@ -163,24 +188,25 @@ static bool meet_coarse(qw_env *env, qw_components *components, const qw_search 
     other->sum = multiply(env, &coarse, factor, s, other->kept);
     result->meetings = qw_search_meet(env, other, true);
     result->meetings.tried += meetings.tried, result->meetings.kept += meetings.kept;
-    return true;
+    result->meetings.length_before = meetings.length_before * factor;
+    return qw_search_miss(s, &other->sum) <= qw_search_miss(s, &s->sum);
 }
 
-/* What lines and distortion cost together. */
+/* What lines and distortion cost together, in quads. */
 static double score_lines(qw_env *env, const qw_search *s, const qw_meeting_counts *m)
 {
     double energy = 0;
     for (uint32_t p = 0; p < s->components->count; p++) {
         qw_complex c = *qw_search_complex(s, p);
-        qw_complex of = c;
         c.d = s->kept[p].d, c.real = QW_NEW(env, qw_real2, c.edge_count);
-        qw_trial_aim(&of, &s->kept[p], c.real);
+        qw_trial_aim(qw_search_complex(s, p), &s->kept[p], c.real);
         for (uint32_t f = 0; f < c.face_count; f++) energy += qw_triangle_energy(&c, f);
     }
     return (double)m->length_after + ENERGY_WORTH * energy;
 }
 
-/* With as few quads first as serve, else with all. Where there are few cones lines may meet as well with all. */
+/* With as few quads first as serve, else with all. Where there are few cones lines meet with all as well, and the
+   better is taken: they often meet there too. */
 static void make_lines_meet(qw_env *env, qw_components *components, qw_search *s, qw_search_result *result)
 {
     qw_search other;
@@ -189,7 +215,7 @@ static void make_lines_meet(qw_env *env, qw_components *components, qw_search *s
         is_found = meet_coarse(env, components, s, factor, &other, result);
         qw_acted(env, QW_MECH_COARSE_FIRST, 1);
     }
-    bool is_taken = is_found && s->edges > QW_MOST_MOVED_EDGES;
+    bool is_taken = is_found && s->most_edges > QW_MOST_MOVED_EDGES;
     if (!is_taken) {
         qw_meeting_counts meetings = qw_search_meet(env, s, false);
         is_taken = is_found && score_lines(env, &other, &result->meetings) < score_lines(env, s, &meetings);
