@@ -887,16 +887,19 @@ static void numbers_of_mtl(void **state)
     qw_destroy(a.context), qw_mesh_destroy(a.source);
 }
 
-/* A cube of which half is opaque and half blended: a material for each, with the same pictures. */
-static void alphas_apart(void **state)
+/* A cube of which half is opaque, with a material or without any, and half blended: a material for each, with the same
+   pictures. */
+static void check_alphas_apart(const char *opaque)
 {
-    (void)state;
     static const char mtl[] = "newmtl a\nKd 1 0 0\nnewmtl b\nKd 0 0 1\nd 0.5\n";
-    static const char obj[] = "mtllib bake_apart.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\n"
-                              "v 0 1 1\nusemtl a\nf 1 4 3 2\nf 1 2 6 5\nf 2 3 7 6\nusemtl b\nf 3 4 8 7\nf 4 1 5 8\n"
-                              "f 5 6 7 8\n";
+    char obj[512];
+    int size = snprintf(obj, sizeof obj,
+                        "mtllib bake_apart.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\n"
+                        "v 0 1 1\n%sf 1 4 3 2\nf 1 2 6 5\nf 2 3 7 6\nusemtl b\nf 3 4 8 7\nf 4 1 5 8\n"
+                        "f 5 6 7 8\n",
+                        opaque);
     put_file(QW_BINARY_DIR "/bake_apart.mtl", mtl, sizeof mtl - 1);
-    put_file(QW_BINARY_DIR "/bake_apart.obj", obj, sizeof obj - 1);
+    put_file(QW_BINARY_DIR "/bake_apart.obj", obj, (size_t)size);
     qw_options options;
     asset a = {0};
     assert_int_equal(qw_load(QW_BINARY_DIR "/bake_apart.obj", NULL, &a.source), QW_OK);
@@ -927,6 +930,13 @@ static void alphas_apart(void **state)
     assert_true(faces[0] > 0 && faces[0] + faces[1] == view.face_count);
     assert_int_equal(faces[0], faces[1]);
     qw_mesh_destroy(back), qw_destroy(a.context), qw_mesh_destroy(a.source);
+}
+
+static void alphas_apart(void **state)
+{
+    (void)state;
+    check_alphas_apart("usemtl a\n");
+    check_alphas_apart("");
 }
 
 QW_TEST_SUITE(bake)

@@ -183,10 +183,21 @@ static void take_factors(qw_asset_look *look, const qw_look *seen)
         look->double_sided |= qw_is_used(seen->list, i) && seen->list->material[i].double_sided;
 }
 
-/* Each way that alpha is shown by a material that is used. */
+/* Whether a face has no material of the list, and so is opaque. */
+static bool has_plain(const qw_look *l)
+{
+    bool has = !l->material && l->list->count != 1;
+    for (uint32_t t = 0; l->material && t < l->source->mesh.face_count && !has; t++) {
+        int32_t m = l->material[l->source->face[t]];
+        has = m < 0 || (uint32_t)m >= l->list->count;
+    }
+    return has;
+}
+
+/* Each way that alpha is shown by a face of the input. */
 static void take_alphas(qw_env *env, qw_asset *a, const qw_look *seen)
 {
-    bool has[3] = {false, false, false};
+    bool has[3] = {has_plain(seen), false, false};
     a->alphas = seen->list->count, a->alpha = QW_NEW(env, uint8_t, a->alphas);
     for (uint32_t i = 0; i < a->alphas; i++) {
         a->alpha[i] = (uint8_t)seen->list->material[i].alpha;
@@ -316,13 +327,14 @@ typedef struct save_call {
     qw_format format;
 } save_call;
 
-/* Which of the ways that alpha is shown a face has: that of its material, or the first. */
+/* Which of the ways that alpha is shown a face has: that of its material, or opaque, or the first. */
 static int32_t alpha_of_face(const qw_asset *a, const qw_attribute *material, uint32_t f)
 {
-    int32_t m = material && f < material->count ? material->labels[f] : -1, i = 0;
-    if (m < 0 || (uint32_t)m >= a->alphas) return 0;
-    while (i + 1 < (int32_t)a->look.alphas && a->look.alpha[i] != a->alpha[m]) i++;
-    return i;
+    int32_t m = material && f < material->count ? material->labels[f] : a->alphas == 1 ? 0 : -1;
+    int alpha = m >= 0 && (uint32_t)m < a->alphas ? a->alpha[m] : 0;
+    for (uint32_t i = 0; i < a->look.alphas; i++)
+        if (a->look.alpha[i] == alpha) return (int32_t)i;
+    return 0;
 }
 
 /* Texture coordinates within the square of their tile; *label: the material of each face. */

@@ -136,7 +136,8 @@ static void add_sample(visit *v, int lane, const qw_sight *s, const qw_seen *see
     const baker *b = v->b;
     uint32_t i = (v->y[lane] - v->y0) * TILE + v->x[lane] - v->x0;
     uint64_t chance = ((uint64_t)v->y[lane] << 32 | v->x[lane]) * 64 + v->s[lane];
-    uint32_t halves = b->samples > 1 ? 2 : 1, half = (v->s[lane] + v->s[lane] / b->samples) % halves; /* of the rays */
+    uint32_t halves = b->samples > 1 ? 2 : 1,
+             half = (v->s[lane] % b->samples + v->s[lane] / b->samples) % halves; /* of the rays */
     if (s->triangle == QW_NONE) {
         v->sums->sum[i][6] += 1, v->sums->missed[i] = 1;
         return;
