@@ -57,6 +57,11 @@ static void validate_history(qw_context_state *c, uint32_t finished)
 }
 
 /* Field, region and guides belong to the input. */
+static bool has_points(const uint32_t *begin, uint32_t least)
+{
+    return begin[1] > begin[0] && begin[1] - begin[0] >= least;
+}
+
 static void validate_steering(qw_context_state *c)
 {
     const qw_steering *s = &c->steering;
@@ -77,15 +82,12 @@ static void validate_steering(qw_context_state *c)
                 !s->guide_rings == (s->guide_count == 0),
             "guides are missing");
     for (uint32_t g = 0; g < s->guide_count; g++)
-        REQUIRE(c,
-                s->guide_begin[0] == 0 && s->guide_begin[g] + 1 < s->guide_begin[g + 1] &&
-                    s->guide_kind[g] <= QW_GUIDE_LOOP,
+        REQUIRE(c, s->guide_begin[0] == 0 && has_points(s->guide_begin + g, 2) && s->guide_kind[g] <= QW_GUIDE_LOOP,
                 "a guide has fewer than two points");
     REQUIRE(c, !s->joint_begin == (s->joint_count == 0) && !s->joint_point == (s->joint_count == 0),
             "joints are missing");
     for (uint32_t i = 0; i < s->joint_count; i++)
-        REQUIRE(c, s->joint_begin[0] == 0 && s->joint_begin[i] + 2 < s->joint_begin[i + 1],
-                "a joint has fewer than three points");
+        REQUIRE(c, s->joint_begin[0] == 0 && has_points(s->joint_begin + i, 3), "a joint has fewer than three points");
 }
 
 /* The polygons of the input and their densities are in range. */
@@ -209,8 +211,7 @@ static void validate_marked(qw_context_state *c)
     const qw_necks *necks = &run->necks;
     REQUIRE(c, !necks->begin == (necks->count == 0) && !necks->point == (necks->count == 0), "necks are missing");
     for (uint32_t i = 0; i < necks->count; i++)
-        REQUIRE(c, necks->begin[0] == 0 && necks->begin[i] + 2 < necks->begin[i + 1],
-                "a neck has fewer than three points");
+        REQUIRE(c, necks->begin[0] == 0 && has_points(necks->begin + i, 3), "a neck has fewer than three points");
     run->surface_census = qw_trimesh_census(c->env, &run->surface);
     require_topology(c, &run->surface_census, &run->core.census, "the marked surface has another topology");
 }
