@@ -373,6 +373,7 @@ static void expect_faces(part *p, counts wanted, const double *radius, uint32_t 
     counts found = {0};
     uint32_t faces = 0, edges = 0;
     FILE *file = fopen("faces.step", "r");
+    assert_non_null(file);
     while (fgets(line, sizeof line, file)) {
         unsigned id, of, end[2];
         double at[3], r;
@@ -380,8 +381,10 @@ static void expect_faces(part *p, counts wanted, const double *radius, uint32_t 
             memcpy(point[id], at, sizeof at);
         if (sscanf(line, "#%u=VERTEX_POINT('',#%u", &id, &of) == 2 && id < MOST && of < MOST) vertex[id] = of;
         if (sscanf(line, "#%u=EDGE_CURVE('',#%u,#%u", &id, &end[0], &end[1]) == 3) {
-            for (int k = 0; k < 2; k++)
+            for (int k = 0; k < 2; k++) {
+                assert_true(end[k] < MOST && vertex[end[k]] < MOST);
                 assert_true(part_distance(p, point[vertex[end[k]]]) < 1e-6 * diagonal_of(&view));
+            }
             edges++;
         }
         if (sscanf(line, "#%u=CYLINDRICAL_SURFACE('',#%u,%lf", &id, &of, &r) == 3) {

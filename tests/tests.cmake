@@ -56,8 +56,10 @@ foreach(row IN LISTS rows)
   set(labels ${CMAKE_MATCH_2})
   math(EXPR limit "${CMAKE_MATCH_3} * ${slower}")
   add_test(NAME ${suite} COMMAND quadwright-tests ${suite})
-  set_tests_properties(${suite} PROPERTIES LABELS "${labels}" TIMEOUT ${limit} COST ${CMAKE_MATCH_3} # the long ones first
-    PROCESSOR_AFFINITY ON) # and one thread each where a test asks for no more: side by side several would wait for one another
+  set_tests_properties(${suite} PROPERTIES LABELS "${labels}" TIMEOUT ${limit} COST ${CMAKE_MATCH_3}) # the long ones first
+  if(NOT QW_SANITIZE MATCHES "thread") # one thread where a test asks for no more: several, side by side, would wait for one another
+    set_tests_properties(${suite} PROPERTIES PROCESSOR_AFFINITY ON)
+  endif()
 endforeach()
 if(QW_SANITIZE) # half an hour together: `make test-long`
   set_tests_properties(batch promise torture protrusions regress fuzz_remesh PROPERTIES LABELS "run;thread;long")
