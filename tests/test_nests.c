@@ -37,7 +37,7 @@ static void directions_run_around(void **state)
     qw_vec3 ring[AROUND + 1];
     qw_trimesh m = tube_with_ring(env, ring);
     qw_nest nest = {.point = ring, .point_count = AROUND + 1, .rings = 4, .most_rings = 4};
-    qw_nests nests = {1, &nest};
+    qw_nests nests = {1, &nest, false};
     float *size = QW_NEW(env, float, m.vertex_count);
     for (uint32_t v = 0; v < m.vertex_count; v++) size[v] = 0.4f;
     qw_fit_nests(env, &m, &nests, size);

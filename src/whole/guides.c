@@ -184,10 +184,13 @@ static bool has_room(const taking *t, const qw_vec3 *point, uint32_t count)
     float near = fmaxf(QW_NECKS_APART * length / (float)edges,
                        QW_NECKS_APART_SHARE * length / (float)(is_closed ? 2 * QW_PI : QW_PI));
     if (t->steps == 0) return true;
+    bool is_free = true;
+    qw_scope_begin(t->run->env);
     const qw_curve_tree *drawn = qw_curve_tree_build(t->run->env, t->from, t->to, t->steps);
-    for (uint32_t i = 0; i < count; i++)
-        if (qw_curve_nearest(drawn, point[i], near).segment != QW_NONE) return false;
-    return true;
+    for (uint32_t i = 0; i < count && is_free; i++)
+        is_free = qw_curve_nearest(drawn, point[i], near).segment == QW_NONE;
+    qw_scope_end(t->run->env);
+    return is_free;
 }
 
 static bool take_curve(taking *t, const qw_vec3 *point, uint32_t count)
@@ -209,7 +212,8 @@ static void take_joints(taking *t)
             const qw_vec3 *p = point + s->guide_begin[g];
             uint32_t count = s->guide_begin[g + 1] - s->guide_begin[g];
             if (!joints && s->guide_kind[g] == QW_GUIDE_LOOP) add_steps(t, p, count);
-            if (joints && s->guide_kind[g] == QW_GUIDE_JOINT && has_room(t, p, count) && take_curve(t, p, count))
+            if (joints && s->guide_kind[g] == QW_GUIDE_JOINT && t->taken.count < QW_MOST_NECKS &&
+                has_room(t, p, count) && take_curve(t, p, count))
                 add_steps(t, p, count);
         }
 }
@@ -240,6 +244,7 @@ void qw_engrave_necks(qw_run_state *run, double rho)
                     {0, QW_NEW_ZERO(env, uint32_t, (size_t)found.count + s->guide_count + 1),
                      QW_NEW(env, qw_vec3, most), NULL}};
         take_joints(&t);
+        uint32_t joints = t.taken.count;
         for (uint32_t i = 0; i < found.count; i++) {
             const qw_vec3 *p = found.point + found.begin[i];
             uint32_t count = found.begin[i + 1] - found.begin[i];
@@ -250,7 +255,7 @@ void qw_engrave_necks(qw_run_state *run, double rho)
             qw_keep(env, t.taken.begin), qw_keep(env, t.taken.point);
             keep_surface(run);
         }
-        qw_acted(env, QW_MECH_NECKS, 1), qw_kept(env, QW_MECH_NECKS, t.taken.count);
+        qw_acted(env, QW_MECH_NECKS, finds_necks), qw_kept(env, QW_MECH_NECKS, t.taken.count - joints);
         qw_scope_end(env);
     }
     run->report->nests = run->necks.count;

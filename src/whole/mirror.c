@@ -339,14 +339,15 @@ static void fold_guide(folding *f, uint32_t guide)
     end_stretch(f, guide);
 }
 
-/* The steps of all stretches so far. */
+/* The steps of all stretches so far that were drawn, not those of joints. */
 static const qw_curve_tree *drawn_so_far(const qw_run_state *run, const folding *f)
 {
     const qw_steering *to = f->to;
     uint32_t count = 0;
     qw_vec3 *from = QW_NEW(run->env, qw_vec3, f->end), *end = QW_NEW(run->env, qw_vec3, f->end);
     for (uint32_t g = 0; g < to->guide_count; g++)
-        for (uint32_t i = to->guide_begin[g]; i + 1 < to->guide_begin[g + 1]; i++) {
+        for (uint32_t i = to->guide_begin[g]; to->guide_kind[g] != QW_GUIDE_JOINT && i + 1 < to->guide_begin[g + 1];
+             i++) {
             from[count] = qw_in_frame(f->frame, to->guide_point + 3 * (size_t)i);
             end[count++] = qw_in_frame(f->frame, to->guide_point + 3 * (size_t)i + 3);
         }

@@ -9,7 +9,8 @@
 
 /* Densities are alike within this share of their mean. */
 static const double DENSITY_ALIKE = 0.05;
-/* The same of directions: weights that a person paints, or a program finds, are less alike. */
+/* Directions of movement are alike where they differ by this share of their lengths: weights are less alike, painted by
+   a person or found by a program. */
 static const double MOTION_ALIKE = 0.2;
 
 static qw_vec3 reflected_in_frame(const qw_run_state *run, const qw_mirror_plane *plane, const double p[3])
@@ -88,10 +89,11 @@ static bool guides_are_alike(const qw_run_state *run, const qw_mirror_plane *pla
     const qw_steering *st = run->whole.steering;
     if (st->guide_count == 0) return true;
     segments s = begin_segments(run, plane, st->guide_begin[st->guide_count]);
-    for (uint32_t g = 0; g < st->guide_count; g++)
+    for (uint32_t g = 0; g < st->guide_count; g++) {
+        float near = qw_drawn_alike(st, g, run->whole.clean.frame.scale);
         for (uint32_t i = st->guide_begin[g]; i + 1 < st->guide_begin[g + 1]; i++)
-            add_segment(&s, qw_drawn_alike(st, g, run->whole.clean.frame.scale), st->guide_point + 3 * (size_t)i,
-                        st->guide_point + 3 * (size_t)i + 3);
+            add_segment(&s, near, st->guide_point + 3 * (size_t)i, st->guide_point + 3 * (size_t)i + 3);
+    }
     return are_alike(&s);
 }
 

@@ -10,7 +10,7 @@
 float qw_drawn_alike(const qw_steering *s, uint32_t guide, double scale);
 
 /* What steers the quads on one side of the plane otherwise than on the other, as the subject of a sentence: guides,
-   directions, densities; NULL: nothing does. Needs what CLEAN leaves. */
+   directions, densities, weights and targets; NULL: nothing does. Needs what CLEAN leaves. */
 const char *qw_one_sided_steering(const qw_run_state *run, const qw_mirror_plane *plane);
 
 #endif

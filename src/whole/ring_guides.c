@@ -61,7 +61,7 @@ qw_nests qw_nests_of_guides(const qw_run_state *run, double faces)
 {
     qw_env *env = run->env;
     const qw_steering *s = &run->steering;
-    qw_nests nests = {0};
+    qw_nests nests = {.is_half = run->mirror.is_used};
     for (uint32_t g = 0; g < s->guide_count; g++) nests.count += qw_has_rings(run, g);
     if (nests.count + run->necks.count == 0) return nests;
     nests.nest = QW_NEW_ZERO(env, qw_nest, nests.count + run->necks.count);

@@ -12,8 +12,8 @@ static const double HALF = 0.5;
 /* Around a place that a target moves as a whole, movement changes alike on all sides: at the least by this share of the
    most. Where a lip leaves the other, or a lid the eye, it does not, and the curve goes around one of the two. */
 static const double ALIKE = 0.25;
-/* Across a joint all of a weight changes within so many of its radii, one over this; slower changes are those of a back
- * that bends as a whole. */
+/* At a joint a weight changes by this share at least within a radius of the limb; slower changes are those of a back
+   that bends as a whole. */
 static const double LEAST_CHANGE = 0.25;
 
 /* A step of a curve through a triangle; the group has more than half on its left. */

@@ -207,6 +207,7 @@ static lines *lines_of_clean(qw_env *env, const qw_clean *clean, const qw_vec3 *
     lines *l = QW_NEW_ZERO(env, lines, m->vertex_count);
     float *area = QW_NEW_ZERO(env, float, m->vertex_count);
     for (uint32_t h = 0; h < 3 * m->face_count; h++) {
+        if (qw_own_frame_of(&clean->own, m->position[m->corner[h]]) != QW_NONE) continue; /* its axes are others */
         float twice = qw_length(qw_face_cross(m, h / 3));
         qw_vec3 d = qw_scale(motion[clean->source_face[h / 3]], (float)(1 / clean->frame.scale));
         add_line(&l[m->corner[h]], twice, d), area[m->corner[h]] += twice;

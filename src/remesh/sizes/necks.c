@@ -13,7 +13,7 @@
 static const double MOST_RATIO = 0.4, RISE = 1.25;
 /* Distances from so many points, far from one another, say how far out a vertex is. A tip is farther out than the
    saddle to the next by so many edges. */
-enum { BASES = 8, MOST_SEEDS = 64, MOST_FOUND = 256 };
+enum { BASES = 8, MOST_SEEDS = 64 };
 static const float LEAST_OUT = 1.5f;
 /* A curve is looked for at so many distances, up to where it has this share of the surface on its far side. */
 enum { LEVELS = 96 };
@@ -35,7 +35,7 @@ typedef struct search {
     const qw_bvh *tree;
     const float *size;
     double most_ratio, area;
-    neck *found; /* neck[MOST_FOUND] */
+    neck *found; /* neck[QW_MOST_NECKS] */
     size_t count;
 } search;
 
@@ -236,7 +236,7 @@ static void take_neck(search *s, const levels *l, const float *distance, int j)
               .size = (float)(l->size[j] / l->length[j])};
     if (!trace(s, distance, l->step * (float)(j + 1), l->length[j], n.point)) return;
     tighten(s, n.point);
-    if (length_of(n.point) >= QW_NECK_EDGES * (double)n.size && s->count < MOST_FOUND) s->found[s->count++] = n;
+    if (length_of(n.point) >= QW_NECK_EDGES * (double)n.size && s->count < QW_MOST_NECKS) s->found[s->count++] = n;
 }
 
 static double ratio_at(const levels *l, int j)
@@ -327,7 +327,7 @@ qw_necks qw_find_necks(qw_env *env, const qw_trimesh *surface, const qw_bvh *tre
                 .area = qw_trimesh_area(surface)};
     qw_necks necks = {0};
     qw_scope_begin(env);
-    s.found = QW_NEW(env, neck, MOST_FOUND);
+    s.found = QW_NEW(env, neck, QW_MOST_NECKS);
     qw_census census = qw_trimesh_census(env, surface);
     uint32_t seeds = 0, *seed = census.components <= MOST_COMPONENTS ? find_seeds(&s, &seeds) : NULL;
     for (uint32_t i = 0; i < seeds; i++) look_from(&s, seed[i]);

@@ -10,8 +10,8 @@
 
 #include "geometry/bvh.h"
 
-/* So many edges are to fit around a neck at least. */
-enum { QW_NECK_EDGES = 6 };
+/* So many edges are to fit around a neck at least; so many necks are taken at most. */
+enum { QW_NECK_EDGES = 6, QW_MOST_NECKS = 256 };
 /* Two curves nearer than so many edges, or than this share of their radius, are one. */
 #define QW_NECKS_APART       3.0f
 #define QW_NECKS_APART_SHARE 0.5f

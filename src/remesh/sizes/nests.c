@@ -144,7 +144,7 @@ static bool is_rim(const nesting *g, uint32_t h)
 /* The same, but for the curve and, beside half of one, the cut. */
 static bool is_far_rim(const nesting *g, uint32_t nest, uint32_t h)
 {
-    bool is_cut = g->mesh->twin[h] == QW_NONE && !is_closed(&g->nests->nest[nest]);
+    bool is_cut = g->nests->is_half && g->mesh->twin[h] == QW_NONE && !is_closed(&g->nests->nest[nest]);
     return is_rim(g, h) && !is_ring_edge(g->mesh, h) && !is_cut;
 }
 

@@ -32,6 +32,7 @@ typedef struct qw_nest {
 typedef struct qw_nests {
     uint32_t count;
     qw_nest *nest; /* qw_nest[count] */
+    bool is_half;  /* the surface ends at a plane of symmetry, which cuts what curves enclose */
 } qw_nests;
 
 /* Decides how wide each nest is and how long its edges are, out of the sizes that are wanted anyway, and writes the

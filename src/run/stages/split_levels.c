@@ -337,7 +337,6 @@ static void split_once(leveling *l)
 static void fit_quads(leveling *l)
 {
     const qw_run_state *run = l->run;
-    if (run->options.fit == 0) return;
     const qw_fit fit = {.tree = l->shape.tree, .strength = (float)run->options.fit};
     qw_fit_quads(run->env, &l->quads, &fit);
 }
@@ -355,9 +354,10 @@ static void repair_flips(leveling *l)
     for (uint32_t h = 0; h < 4 * l->reflected; h++)
         if (stays[q->corner[h]] == 2) stays[q->corner[h]] = 1;
     for (uint32_t v = 0; v < q->vertex_count; v++)
-        stays[v] = stays[v] == 1 || (follows && stays[v] == 2) || (l->stays && l->stays[v]);
+        stays[v] = stays[v] == 1 || (follows && stays[v] == 2) || (l->stays && l->stays[v]) || (q->kind && q->kind[v]);
     const qw_flip_repair repair = {.surface = &l->surface, .tree = l->shape.tree, .stays = stays};
     qw_repair_flips(run->env, &l->quads, &repair, flipped);
+    qw_free(run->env, stays), qw_free(run->env, flipped);
 }
 
 /* Splits the quads as often as asked, each level put onto the shape. */
@@ -373,6 +373,7 @@ static void split_all(leveling *l)
         if (!is_fitted || k + 1 == times) qw_put_on_shape(run->env, &l->quads, &l->shape, NULL);
     }
     repair_flips(l);
+    if (run->options.fit == 0) return;
     fit_quads(l);
     repair_flips(l);
 }
