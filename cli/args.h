@@ -69,7 +69,7 @@ typedef struct qw_arguments {
     size_t memory_limit;                        /* remesh, batch: bytes; 0: none */
     const char *bare_memory_limit;              /* as it was given where it has no unit, else NULL */
     int64_t time_limit;                         /* remesh, batch: seconds; 0: none */
-    int64_t jobs, shard, shards;                /* batch; jobs 0: one a core; shards 0: all models */
+    int64_t jobs, shard, shards;                /* batch; jobs 0: one a processor; shards 0: all models */
     bool retry;                                 /* batch: what failed before, too */
     bool force;   /* remesh: the result may replace the input; batch: results made with other options, too */
     bool visible; /* measure: against what is seen from outside */

@@ -18,7 +18,8 @@ static const qw_switch_row switches[] = {
      ".ply, .off, .stl (quads in two), .glb, .gltf, or for simulation .msh, .vtu, .inp or .bdf "
      "(render: .png)"},
     {SWITCH_OUTPUT, BATCH, "out", "o", "FOLDER", NULL, NULL, "batch: where quads, records and the report go"},
-    {SWITCH_JOBS, BATCH, "jobs", "j", "N", NULL, NULL, "batch: processes at a time, 1 to 256; one a core unless given"},
+    {SWITCH_JOBS, BATCH, "jobs", "j", "N", NULL, NULL,
+     "batch: processes at a time, 1 to 256; one a processor unless given"},
     {SWITCH_SHARD, BATCH, "shard", NULL, "I/N", NULL, NULL,
      "batch: only part I, from 0, of N of the models, by a hash of their names"},
     {SWITCH_RETRY, BATCH, "retry", NULL, NULL, NULL, NULL,

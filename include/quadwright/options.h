@@ -109,7 +109,8 @@ typedef struct qw_options {
     int32_t repair;
     /* seed of every random choice; 0 to 2147483647, 0 by default */
     int64_t seed;
-    /* threads to use (0: one a core); never changes the result; 0 to 256 threads, 0 by default */
+    /* threads to use (0: one a processor that the process may run on); never changes the result; 0 to 256
+       threads, 0 by default */
     int64_t threads;
     /* the edges that the input marks are sharp too, beside those found by their angle; 0 by default */
     int32_t keep_marks;

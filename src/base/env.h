@@ -22,7 +22,7 @@
 
 typedef struct qw_env qw_env;
 
-/* NULL when there is no memory for it. host may be NULL; its hooks are copied. threads: 0 for one a core. */
+/* NULL when there is no memory for it. host may be NULL; its hooks are copied. threads: 0 for one a processor. */
 qw_env *qw_env_create(const qw_host *host, uint32_t threads);
 void qw_env_destroy(qw_env *env);
 void qw_env_set_threads(qw_env *env, uint32_t threads);

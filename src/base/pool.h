@@ -6,7 +6,7 @@
 
 typedef struct qw_pool qw_pool;
 
-/* threads: 0 for one a core. Never fails: with no memory or no threads the pool runs everything on the caller. */
+/* threads: 0 for one a processor. Never fails: with no memory or no threads the pool runs everything on the caller. */
 qw_pool *qw_pool_create(uint32_t threads);
 void qw_pool_destroy(qw_pool *pool);
 /* Runs task(user, i) for i in 0..count-1 on the pool and the calling thread. idle(user), which may be NULL, is called

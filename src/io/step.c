@@ -18,7 +18,7 @@ typedef struct step {
     uint32_t next;                    /* number of the next entity */
     uint32_t points, vertices, edges; /* numbers of the first of each */
     uint32_t *face;                   /* uint32_t[blocks, or quads]: numbers; 0: part of another's */
-    uint32_t *bound;                  /* uint32_t[loops of planes] */
+    uint32_t *bound;                  /* uint32_t[loops of faces] */
     uint32_t *item;                   /* uint32_t[shells]: solids and surface models */
 } step;
 

@@ -22,7 +22,7 @@ enum {
     FINE_CELLS = 1024,  /* while pieces are pushed */
     SETTLES = 12,       /* changes of the scale until something fits */
     EFFORT = 20000,     /* pieces that are placed in orders that are tried */
-    MOST_BATCHES = 120  /* of SLOTS orders */
+    MOST_BATCHES = 120  /* of orders that are tried */
 };
 static const double PACKING = 0.65;     /* share of the work on texture coordinates that comes before */
 static const double STEP = 1.002;       /* of the scale, at least */

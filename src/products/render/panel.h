@@ -26,7 +26,7 @@ typedef struct render_options {
     bool lines;                /* lines of the base complex: straight on from irregular vertices */
     uint32_t chord;            /* colours one strip of quads: 1 is the longest; 0: none */
     double azimuth, elevation; /* degrees, of the first view: to the right of the front (+z), and above it (+y) */
-    uint32_t threads;          /* 0: one a core; never changes the picture */
+    uint32_t threads;          /* 0: one a processor; never changes the picture */
 } render_options;
 
 /* Colours of quads by their angle, from the first (0 degrees) to the last (45). Where the surface has no clear
