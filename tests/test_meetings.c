@@ -595,6 +595,42 @@ static void strips_are_those_of_walks(void **state)
     qw_env_destroy(env);
 }
 
+/* Counts by what has changed are those by all, move after move, also where edges outgrow the room that they had; a
+   bound ends a count only where more cross. */
+static void strips_are_linked_anew(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 1);
+    whole s = whole_of(env, unit_double_torus(env, 3), 250);
+    qw_complex c = s.components.component[0].decimated.complex;
+    c.d = s.d;
+    qw_complex_weigh(&c);
+    unit_rng r = {74};
+    qw_strip_room room = {0};
+    qw_lay_strips(env, &c, &room);
+    uint32_t *face = QW_NEW(env, uint32_t, 2 * c.edge_count), moves = 0, crossing = 0;
+    qw_int2 *had = QW_NEW(env, qw_int2, c.edge_count);
+    for (int k = 0; k < 400; k++) {
+        memcpy(had, c.d, c.edge_count * sizeof *had);
+        if (!qw_step_offsets(env, &c, unit_random(&r, 2 * c.edge_count), k % 2 ? 1 : -1, LONG, 1e4)) continue;
+        uint32_t count = 0;
+        for (uint32_t e = 0; e < c.edge_count; e++)
+            for (uint32_t i = 2 * e; i < 2 * e + 2 && memcmp(&c.d[e], &had[e], sizeof *had); i++)
+                if (c.side[i] != QW_NONE) face[count++] = c.side[i] / 3;
+        qw_link_strips(env, &c, &room, face, count);
+        qw_strip_room other = {0};
+        qw_strip_counts all = qw_count_strips(env, &c, &other), now = qw_follow_strips(&c, &room, INFINITY);
+        assert_int_equal(now.strips, all.strips);
+        assert_int_equal(now.crossing, all.crossing);
+        assert_true(fabs(now.crossing_area - all.crossing_area) < 1e-6);
+        double half = qw_follow_strips(&c, &room, all.crossing_area / 2).crossing_area;
+        assert_true(all.crossing == 0 || (half > all.crossing_area / 2 && half < all.crossing_area + 1e-6));
+        moves++, crossing += all.crossing > 0;
+    }
+    assert_true(moves > 100 && crossing > 100);
+    qw_env_destroy(env);
+}
+
 static qw_meeting_terms strip_terms(const qw_component *component, const qw_int2 *d, double area)
 {
     return (qw_meeting_terms){.component = component,
@@ -608,14 +644,15 @@ static qw_meeting_terms strip_terms(const qw_component *component, const qw_int2
                               .most_promised = 1.06 * area};
 }
 
-/* Searches on from d; checks what holds of any result. Returns the area that crosses itself afterwards. */
+/* Searches on from d in lanes of so many bytes; checks what holds of any result, which `to` becomes. Returns the area
+   that crosses itself afterwards. */
 static double search_strips(qw_env *env, const qw_component *component, const qw_real2 *real, const qw_int2 *d,
-                            double area)
+                            double area, size_t lane_bytes, qw_int2 *to)
 {
     qw_complex c = component->decimated.complex;
-    c.d = memcpy(QW_NEW(env, qw_int2, c.edge_count), d, c.edge_count * sizeof *d), c.real = (qw_real2 *)real;
+    c.d = memcpy(to, d, c.edge_count * sizeof *d), c.real = (qw_real2 *)real;
     qw_meeting_terms terms = strip_terms(component, d, area);
-    qw_strip_search_counts counts = qw_search_strips(env, &terms, &c, 1);
+    qw_strip_search_counts counts = qw_search_strips(env, &terms, &c, 1, lane_bytes);
     assert_true(counts.kept > 0 && counts.kept <= counts.tried);
     assert_true(qw_complex_is_closed(&c));
     assert_int_equal(qw_complex_inverted(&c), 0);
@@ -633,6 +670,7 @@ static void helices_become_rings(void **state)
     qw_complex *c = &box.decimated.complex;
     qw_complex_weigh(c);
     qw_int2 *had = memcpy(QW_NEW(env, qw_int2, c->edge_count), c->d, c->edge_count * sizeof *had);
+    qw_int2 *found = QW_NEW(env, qw_int2, c->edge_count);
     uint32_t helices = 0, rings = 0;
     for (uint32_t v = 0; v < 2 * c->edge_count; v++) {
         memcpy(c->d, had, c->edge_count * sizeof *had);
@@ -641,7 +679,7 @@ static void helices_become_rings(void **state)
         double crossing = qw_count_strips(env, c, &room).crossing_area;
         if (crossing < 20) continue;
         helices++;
-        double after = search_strips(env, &box, c->real, c->d, 292);
+        double after = search_strips(env, &box, c->real, c->d, 292, 0, found);
         assert_true(after < crossing / 2);
         rings += after == 0;
     }
@@ -653,7 +691,7 @@ static void helices_become_rings(void **state)
 static void fewer_strips_cross(void **state)
 {
     (void)state;
-    qw_env *env = qw_env_create(NULL, 1);
+    qw_env *env = qw_env_create(NULL, 2);
     qw_trimesh shapes[] = {bumpy(env), unit_double_torus(env, 3)};
     for (size_t i = 0; i < sizeof shapes / sizeof *shapes; i++) {
         whole s = whole_of(env, shapes[i], 1000);
@@ -661,12 +699,17 @@ static void fewer_strips_cross(void **state)
         qw_complex c = component->decimated.complex;
         c.d = s.d;
         qw_strip_room room = {0};
+        qw_int2 *found = QW_NEW(env, qw_int2, c.edge_count), *other = QW_NEW(env, qw_int2, c.edge_count);
+        qw_real2 *real = scaled(env, &c, s.scale);
         double crossing = qw_count_strips(env, &c, &room).crossing_area,
-               after = search_strips(env, component, scaled(env, &c, s.scale), s.d, 1000);
+               after = search_strips(env, component, real, s.d, 1000, 0, found);
         print_message("of 2000 quads in strips that cross themselves %g, %g after the search\n", crossing, after);
 
         assert_true(after < crossing);
-        assert_true(after == search_strips(env, component, scaled(env, &c, s.scale), s.d, 1000));
+        for (size_t lane_bytes = 1 << 12; lane_bytes <= 1 << 24; lane_bytes <<= 2) { /* too few at first */
+            search_strips(env, component, real, s.d, 1000, lane_bytes, other);
+            assert_memory_equal(other, found, c.edge_count * sizeof *found);
+        }
     }
     qw_env_destroy(env);
 }
@@ -737,6 +780,7 @@ QW_TEST_SUITE(meetings)
                                        cmocka_unit_test(no_area_no_meetings),
                                        cmocka_unit_test(areas_out_of_reach),
                                        cmocka_unit_test(strips_are_those_of_walks),
+                                       cmocka_unit_test(strips_are_linked_anew),
                                        cmocka_unit_test(helices_become_rings),
                                        cmocka_unit_test(fewer_strips_cross),
                                        cmocka_unit_test(multiplied_strips_lie_side_by_side),

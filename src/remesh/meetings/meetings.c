@@ -163,14 +163,18 @@ static void make_all(qw_env *env, meeting_search *s, qw_meeting_counts *counts, 
     }
 }
 
+static size_t lane_bytes(const meeting_search *s)
+{
+    size_t bytes = LANE_LEAST + (size_t)s->now.layout.face_room * LANE_A_FACE;
+    return bytes <= LANE_MOST ? bytes : 0;
+}
+
 /* Makes lines meet until none more can be made to: where there are few cones, first by estimates, then by measures from
    where that ended. */
 static void meet_all(qw_env *env, meeting_search *s, qw_meeting_counts *counts, double share)
 {
     size_t edges = s->now.source.edge_count;
-    uint32_t room = s->now.layout.face_room;
-    size_t bytes = LANE_LEAST + (size_t)room * LANE_A_FACE;
-    s->tries = qw_tries_begin(env, &s->terms, s->now.source.real, room, bytes <= LANE_MOST ? bytes : 0);
+    s->tries = qw_tries_begin(env, &s->terms, s->now.source.real, s->now.layout.face_room, lane_bytes(s));
     if (edges <= QW_MOST_MOVED_EDGES) {
         s->terms.accepts_by_estimate = true;
         make_all(env, s, counts, share);
@@ -188,7 +192,7 @@ static void straighten_strips(qw_env *env, meeting_search *s, double share)
 {
     qw_complex *c = &s->now.source;
     memcpy(c->d, s->best, c->edge_count * sizeof *c->d);
-    qw_strip_search_counts counts = qw_search_strips(env, &s->terms, c, share);
+    qw_strip_search_counts counts = qw_search_strips(env, &s->terms, c, share, lane_bytes(s));
     qw_int2 *d = memcpy(QW_NEW(env, qw_int2, c->edge_count), c->d, c->edge_count * sizeof *d);
     qw_measured_layout_fill(&s->terms, &s->now, d);
     bool pays = s->now.lines < s->best_lines + counts.freed;
@@ -241,8 +245,8 @@ qw_meeting_counts qw_make_meetings(qw_env *env, const qw_component *component, c
         return (qw_meeting_counts){0};
     }
     qw_meeting_counts counts = {.length_before = (int64_t)s.now.lines};
-    if (!request->keeps_lines) meet_all(env, &s, &counts, request->share);
-    if (qw_uses(env, QW_MECH_STRIPS)) straighten_strips(env, &s, request->share);
+    if (request->share > 0) meet_all(env, &s, &counts, request->share);
+    if (qw_uses(env, QW_MECH_STRIPS)) straighten_strips(env, &s, request->strips_share);
     memcpy(d, s.best, s.now.source.edge_count * sizeof *d);
     counts.length_after = (int64_t)s.best_lines;
     qw_scope_end(env);

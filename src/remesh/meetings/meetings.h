@@ -22,8 +22,8 @@ typedef struct qw_meeting_request {
     double most_area;     /* nothing is tried where it is not above 0 */
     /* of the area, as the count is promised; beyond least_area and most_area at a cost */
     double least_promised, most_promised;
-    double share;     /* of all the work that may be done, as there are other components */
-    bool keeps_lines; /* only strips are searched for */
+    double share, strips_share; /* of all the work that may be done, as there are other components: for lines, which are
+                                   kept as they are where it is 0, and for strips */
 } qw_meeting_request;
 
 typedef struct qw_meeting_counts {

@@ -15,8 +15,9 @@
 static const double LEFT_WORTH = 6;
 /* Quads by which a move may make the score worse at first. */
 static const double FIRST_THRESHOLD = 20;
-/* Moves that are tried. */
-enum { MOST_TRIES = 2000 };
+/* CHAINS: searches, of which the best is taken. MOST_COUNTS: times that each counts strips. TRIES: moves that are
+   tried, for each: most of those that are tried again from the same offsets are known to fail. */
+enum { CHAINS = 2, MOST_COUNTS = 2000, TRIES = 4 };
 
 /* What a move does to one edge, in the edge's own frame. */
 typedef struct change {
@@ -38,6 +39,12 @@ typedef struct state {
     double score;                  /* what the search lowers */
 } state;
 
+/* What is known of a move from some offsets: its score is not below this bound, or it has faults. */
+typedef struct outcome {
+    uint32_t offsets; /* their number */
+    double least;
+} outcome;
+
 typedef struct strip_search {
     const qw_meeting_terms *terms;
     qw_complex *c;
@@ -49,6 +56,8 @@ typedef struct strip_search {
     /* of the move at hand: the faces that it changes, and their energies before */
     uint32_t *face, face_count; /* uint32_t[faces] */
     double *had;                /* double[faces] */
+    outcome *known;             /* outcome[2 moves], of a move and its opposite */
+    uint32_t offsets, counts;   /* offsets kept, with the first; times that strips were counted */
 } strip_search;
 
 /* ---- moves */
@@ -136,16 +145,23 @@ static bool close_faces(strip_search *s, uint32_t i)
     return sound;
 }
 
-/* Whether the offsets as they are now may be kept, and their score is below a bound. */
-static bool is_below(qw_env *env, strip_search *s, double bound)
+/* Whether the offsets as they are now, with faces open, may be kept, and their score is below a bound. */
+static bool is_below(qw_env *env, strip_search *s, double bound, outcome *known)
 {
     const qw_meeting_terms *t = s->terms;
+    known->least = INFINITY;
     if (qw_area_beyond(t->least_promised, t->most_promised, s->now.area) > 0) return false;
     s->now.crossing = 0;
-    if (score_of(t, &s->now) >= bound) return false;
-    s->now.crossing = qw_count_strips(env, s->c, &s->room).crossing_area;
+    double others = score_of(t, &s->now);
+    known->least = bound;
+    if (others >= bound) return false;
+    qw_link_strips(env, s->c, &s->room, s->face, s->face_count);
+    s->now.crossing = qw_follow_strips(s->c, &s->room, bound - others).crossing_area;
     s->now.score = score_of(t, &s->now);
-    return s->now.score < bound && qw_count_odd_curves(&t->curves, s->c->d) <= t->odd &&
+    s->counts++;
+    if (s->now.score >= bound) return false;
+    known->least = INFINITY;
+    return qw_count_odd_curves(&t->curves, s->c->d) <= t->odd &&
            qw_count_touching(env, t->component, s->c->d) <= t->touching;
 }
 
@@ -153,50 +169,123 @@ static bool is_below(qw_env *env, strip_search *s, double bound)
 static bool try_move(qw_env *env, strip_search *s, uint32_t i, int32_t sign, uint32_t number, double threshold)
 {
     state had = s->now;
+    outcome *known = &s->known[2 * i + (sign > 0)];
+    double bound = had.score + threshold;
+    uint32_t counts = s->counts;
+    if (known->offsets == s->offsets && known->least >= bound) return false;
+    *known = (outcome){s->offsets, INFINITY};
     open_faces(s, i, number);
     make_move(s, i, sign);
-    if (close_faces(s, i) && is_below(env, s, had.score + threshold)) return true;
+    if (close_faces(s, i) && is_below(env, s, bound, known)) return true;
     make_move(s, i, -sign);
+    if (s->counts > counts) qw_link_strips(env, s->c, &s->room, s->face, s->face_count);
     for (uint32_t k = 0; k < s->face_count; k++) s->energy[s->face[k]] = s->had[k];
     s->now = had;
     return false;
 }
 
-static strip_search begin_search(qw_env *env, const qw_meeting_terms *terms, qw_complex *c)
+/* One of several searches from the same offsets, in memory of its own. */
+typedef struct chain {
+    const qw_meeting_terms *terms;
+    const moves *moves;
+    qw_env *env; /* NULL where it is still to be run */
+    qw_complex c;
+    const qw_int2 *from; /* qw_int2[edges]: the first offsets, */
+    qw_int2 *found;      /* and the best */
+    uint32_t number, most_counts;
+    qw_strip_search_counts counts;
+    double score; /* theirs */
+} chain;
+
+static strip_search begin_search(chain *k)
 {
-    strip_search s = {.terms = terms, .c = c, .moves = find_moves(env, c)};
+    qw_env *env = k->env;
+    qw_complex *c = &k->c;
+    c->d = memcpy(QW_NEW(env, qw_int2, c->edge_count), k->from, c->edge_count * sizeof *c->d);
+    memcpy(k->found, k->from, c->edge_count * sizeof *c->d);
+    strip_search s = {.terms = k->terms, .c = c, .moves = *k->moves};
     s.energy = QW_NEW(env, double, c->face_count), s.had = QW_NEW(env, double, c->face_count);
+    s.known = QW_NEW_ZERO(env, outcome, 2 * (size_t)s.moves.count), s.offsets = 1;
     s.seen = QW_NEW_ZERO(env, uint32_t, c->face_count), s.face = QW_NEW(env, uint32_t, c->face_count);
     for (uint32_t f = 0; f < c->face_count; f++) s.now.energy += s.energy[f] = qw_triangle_energy(c, f);
     s.now.area = qw_complex_area(c), s.now.crossing = qw_count_strips(env, c, &s.room).crossing_area;
-    s.now.score = score_of(terms, &s.now);
+    s.now.score = score_of(k->terms, &s.now);
     return s;
 }
 
-qw_strip_search_counts qw_search_strips(qw_env *env, const qw_meeting_terms *terms, qw_complex *c, double share)
+/* Chain 0 begins with the first threshold, each other with a higher one. */
+static void run_chain(void *user)
+{
+    chain *k = user;
+    qw_complex *c = &k->c;
+    strip_search s = begin_search(k);
+    state first = s.now, best = first;
+    uint32_t tries = TRIES * k->most_counts;
+    k->counts = (qw_strip_search_counts){0};
+    for (uint32_t i = 0; i < tries && s.counts < k->most_counts && best.crossing > 0; i++) {
+        qw_heartbeat(k->env);
+        uint64_t random = qw_mix((uint64_t)k->number * tries + i);
+        double left = fmin(1 - (double)i / tries, 1 - (double)s.counts / k->most_counts);
+        double threshold = FIRST_THRESHOLD * (1 + k->number) * left * (double)(random >> 40) * 0x1p-24;
+        uint32_t move = (uint32_t)((random >> 1 & 0x7fffffff) % s.moves.count);
+        k->counts.tried++;
+        if (!try_move(k->env, &s, move, random & 1u ? 1 : -1, i + 1, threshold)) continue;
+        k->counts.kept++, s.offsets++;
+        if (s.now.score >= best.score) continue;
+        best = s.now;
+        memcpy(k->found, c->d, c->edge_count * sizeof *c->d);
+    }
+    k->counts.freed = first.crossing - best.crossing, k->score = best.score;
+}
+
+static void run_in_lane(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)end, (void)block;
+    chain *k = &((chain *)user)[begin];
+    if (k->env && qw_protect(k->env, run_chain, k) != QW_OK) k->env = NULL;
+}
+
+/* Runs all chains, side by side where there is memory for that. */
+static void run_chains(qw_env *env, chain chains[CHAINS], size_t lane_bytes)
+{
+    uint32_t lanes = qw_env_threads(env) > 1 && lane_bytes > 0 ? CHAINS : 0;
+    qw_lane *lane = qw_lanes_begin(env, lanes, lane_bytes);
+    for (uint32_t i = 0; i < lanes; i++) chains[i].env = lane[i].env;
+    if (lanes > 0) qw_parallel(env, CHAINS, 1, run_in_lane, chains);
+    for (uint32_t i = 0; i < CHAINS; i++) {
+        if (chains[i].env) continue;
+        qw_scope_begin(env);
+        chains[i].env = env;
+        run_chain(&chains[i]);
+        qw_scope_end(env);
+    }
+    qw_lanes_end(lane, lanes);
+}
+
+qw_strip_search_counts qw_search_strips(qw_env *env, const qw_meeting_terms *terms, qw_complex *c, double share,
+                                        size_t lane_bytes)
 {
     assert(c->d && c->real && terms->first && share >= 0);
     qw_strip_search_counts counts = {0};
-    uint32_t most = (uint32_t)(share * MOST_TRIES);
+    uint32_t most = (uint32_t)(share * MOST_COUNTS);
     if (2 * (double)c->edge_count > most) return counts; /* there are more moves than are tried */
     qw_scope_begin(env);
-    strip_search s = begin_search(env, terms, c);
-    state first = s.now, best = first;
-    qw_int2 *found = memcpy(QW_NEW(env, qw_int2, c->edge_count), c->d, c->edge_count * sizeof *c->d);
-    for (uint32_t i = 0; i < most && s.moves.count > 0 && best.crossing > 0; i++) {
-        qw_heartbeat(env);
-        uint64_t random = qw_mix(i);
-        double threshold = FIRST_THRESHOLD * (most - i) / most * (double)(random >> 40) * 0x1p-24;
-        uint32_t move = (uint32_t)((random >> 1 & 0x7fffffff) % s.moves.count);
-        counts.tried++;
-        if (!try_move(env, &s, move, random & 1u ? 1 : -1, i + 1, threshold)) continue;
-        counts.kept++;
-        if (s.now.score >= best.score) continue;
-        best = s.now;
-        memcpy(found, c->d, c->edge_count * sizeof *c->d);
+    moves all = find_moves(env, c);
+    chain chains[CHAINS];
+    for (uint32_t i = 0; i < CHAINS; i++) {
+        chains[i] = (chain){.terms = terms, .moves = &all, .c = *c, .from = c->d, .number = i, .most_counts = most};
+        chains[i].found = QW_NEW(env, qw_int2, c->edge_count);
     }
-    memcpy(c->d, found, c->edge_count * sizeof *c->d);
-    counts.freed = first.crossing - best.crossing;
+    if (all.count > 0) {
+        run_chains(env, chains, lane_bytes);
+        const chain *best = &chains[0];
+        for (uint32_t i = 0; i < CHAINS; i++) {
+            if (chains[i].score < best->score) best = &chains[i];
+            counts.tried += chains[i].counts.tried;
+        }
+        counts.kept = best->counts.kept, counts.freed = best->counts.freed;
+        memcpy(c->d, best->found, c->edge_count * sizeof *c->d);
+    }
     qw_scope_end(env);
     return counts;
 }

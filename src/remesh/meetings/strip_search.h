@@ -4,7 +4,8 @@
  * depends on all integers along it: a helix around a limb comes back beside its start, and becomes rings where the
  * translation across is made zero (Bommes, Lempfer and Kobbelt 2011). So closed moves of the integers, circuits along
  * which single offsets rise or fall by one, are taken at random, also when they make matters worse by less than a
- * threshold that falls to zero (threshold accepting, Dueck and Scheuer 1990). */
+ * threshold that falls to zero (threshold accepting, Dueck and Scheuer 1990). Of several such searches, which begin
+ * with different thresholds, the best is taken. */
 #ifndef QW_REMESH_MEETINGS_STRIP_SEARCH_H
 #define QW_REMESH_MEETINGS_STRIP_SEARCH_H
 
@@ -16,7 +17,8 @@ typedef struct qw_strip_search_counts {
 } qw_strip_search_counts;
 
 /* c: the component's, with scaled lengths; c->d obeys what the terms ask for, before and after. share: of all the work
-   that may be done. */
-qw_strip_search_counts qw_search_strips(qw_env *env, const qw_meeting_terms *terms, qw_complex *c, double share);
+   that may be done. lane_bytes: as of qw_tries_begin. */
+qw_strip_search_counts qw_search_strips(qw_env *env, const qw_meeting_terms *terms, qw_complex *c, double share,
+                                        size_t lane_bytes);
 
 #endif

@@ -21,6 +21,9 @@ static const double MOST_ROUNDING = 0.03;
 /* Quads that lines must be shorter by for a unit of energy: more than in a meeting, as energy counts quads, and where
    they are large there are few. */
 static const double ENERGY_WORTH = 2;
+/* Strips are counted so often with fewer quads, where that is quickly done, to all quads once: it is not done again
+   with all. */
+static const double COARSE_STRIPS = 2;
 /* APART_SHARE: the second search is accepted if at most this share of the contacts remains. MOST_TOUCHING: where the
    complex has more triangles than quads are wanted, it is skipped above this many contacts a quad, as each takes a row
    of quads, and it would find nothing in ten times the time. */
@@ -184,9 +187,9 @@ static bool meet_coarse(qw_env *env, qw_components *components, const qw_search 
            coarse.sum.area, factor, sum.area, (unsigned)sum.touching, (unsigned)sum.inverted, (unsigned)sum.collapsed,
            sum.cost, s->sum.cost, is_sound ? "" : ": left");
     if (!is_sound) return false;
-    qw_meeting_counts meetings = qw_search_meet(env, &coarse, false);
+    qw_meeting_counts meetings = qw_search_meet(env, &coarse, 1, COARSE_STRIPS);
     other->sum = multiply(env, &coarse, factor, s, other->kept);
-    result->meetings = qw_search_meet(env, other, true);
+    result->meetings = qw_search_meet(env, other, 0, 0);
     result->meetings.tried += meetings.tried, result->meetings.kept += meetings.kept;
     result->meetings.length_before = meetings.length_before * factor;
     return qw_search_miss(s, &other->sum) <= qw_search_miss(s, &s->sum);
@@ -217,7 +220,7 @@ static void make_lines_meet(qw_env *env, qw_components *components, qw_search *s
     }
     bool is_taken = is_found && s->most_edges > QW_MOST_MOVED_EDGES;
     if (!is_taken) {
-        qw_meeting_counts meetings = qw_search_meet(env, s, false);
+        qw_meeting_counts meetings = qw_search_meet(env, s, 1, 1);
         is_taken = is_found && score_lines(env, &other, &result->meetings) < score_lines(env, s, &meetings);
         if (!is_taken) result->meetings = meetings;
     }

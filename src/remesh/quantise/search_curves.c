@@ -127,9 +127,9 @@ static qw_real2 *closed_aim(qw_env *env, const qw_complex *real, const qw_trial 
 }
 
 /* Makes lines of component p meet, within the bounds of the count. */
-static qw_meeting_counts meet(qw_env *env, qw_search *s, uint32_t p, uint32_t all_faces, bool keeps_lines)
+static qw_meeting_counts meet(qw_env *env, qw_search *s, uint32_t p, double share, double strips_share)
 {
-    assert(p < s->components->count && all_faces > 0);
+    assert(p < s->components->count && share >= 0 && strips_share >= 0);
     qw_scope_begin(env);
     const qw_component *component = &s->components->component[p];
     const qw_complex *real = &component->decimated.complex;
@@ -146,8 +146,8 @@ static qw_meeting_counts meet(qw_env *env, qw_search *s, uint32_t p, uint32_t al
                                   .most_area = fmax(quads + bound, s->sum.area) - rest,
                                   .least_promised = fmin(quads - promised, s->sum.area) - rest,
                                   .most_promised = fmax(quads + promised, s->sum.area) - rest,
-                                  .share = s->request.effort * real->face_count / all_faces,
-                                  .keeps_lines = keeps_lines};
+                                  .share = share,
+                                  .strips_share = strips_share};
     qw_meeting_counts counts = qw_make_meetings(env, component, &request, t.d);
     qw_search_judge(s, &t);
     assert(!t.open && t.inverted <= s->kept[p].inverted);
@@ -157,14 +157,15 @@ static qw_meeting_counts meet(qw_env *env, qw_search *s, uint32_t p, uint32_t al
     return counts;
 }
 
-qw_meeting_counts qw_search_meet(qw_env *env, qw_search *s, bool keeps_lines)
+qw_meeting_counts qw_search_meet(qw_env *env, qw_search *s, double share, double strips_share)
 {
     qw_meeting_counts sum = {0};
     uint32_t faces = 1;
     for (uint32_t p = 0; p < s->components->count; p++) faces += qw_search_complex(s, p)->face_count;
     for (uint32_t p = 0; p < s->components->count && s->request.loops > 0; p++) {
         if (s->kept[p].open) continue;
-        qw_meeting_counts c = meet(env, s, p, faces, keeps_lines);
+        double part = s->request.effort * qw_search_complex(s, p)->face_count / faces;
+        qw_meeting_counts c = meet(env, s, p, share * part, strips_share * part);
         sum.tried += c.tried, sum.kept += c.kept;
         sum.length_before += c.length_before, sum.length_after += c.length_after;
     }

@@ -12,8 +12,8 @@ void qw_search_part_curves(qw_env *env, qw_search *s);
 /* Makes closed curves even (closed_curves.h) as far as the count stays. */
 void qw_search_make_even(qw_env *env, qw_search *s);
 
-/* Makes lines meet (meetings.h) as far as the count and the topology stay; keeps_lines: as in qw_meeting_request.
-   Returns the sums over the components. */
-qw_meeting_counts qw_search_meet(qw_env *env, qw_search *s, bool keeps_lines);
+/* Makes lines meet (meetings.h) as far as the count and the topology stay. share, strips_share: as in
+   qw_meeting_request, of all components. Returns the sums over the components. */
+qw_meeting_counts qw_search_meet(qw_env *env, qw_search *s, double share, double strips_share);
 
 #endif

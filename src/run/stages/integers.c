@@ -222,9 +222,11 @@ void qw_stage_REGULAR(qw_run_state *run)
         /* where rho was raised, as the component is long and thin, fewer quads fit; repairs make up for the others */
         double fit = qw_in_quads(run, run->core.area),
                wanted = fit < FITS * run->faces_wanted ? fmax(fit, 1) : run->faces_wanted;
+        /* lines that are straightened past cones beside a corner squeeze the quads there */
+        bool beside = run->plan.cones == QW_CONES_BESIDE_CORNERS;
         qw_quantise_request request = {.quads = wanted / (run->plan.size_factor * run->plan.size_factor),
                                        .times = qw_times_used(run),
-                                       .loops = run->options.loops,
+                                       .loops = beside ? 0 : run->options.loops,
                                        .follow = run->options.follow,
                                        .stiff = run->plan.strategy == QW_STRATEGY_STIFF,
                                        .verdict = run->curve_outcome};
