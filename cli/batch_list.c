@@ -5,6 +5,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 void batch_free(batch_list *list)
 {
@@ -127,20 +128,18 @@ static bool add_other(batch_list *list, const char *name)
     return list->other[list->others++] != NULL;
 }
 
+static bool ends(const char *name, const char *ending)
+{
+    size_t n = strlen(name), length = strlen(ending);
+    return n > length && strcasecmp(name + n - length, ending) == 0;
+}
+
 /* Points count too, which are wrapped. */
 static bool is_mesh_name(const char *name)
 {
     static const char *const endings[] = {".obj", ".ply", ".off", ".stl", ".glb", ".gltf", ".xyz", ".pts", ".pcd"};
-    size_t n = strlen(name);
-    for (size_t i = 0; i < sizeof endings / sizeof *endings; i++) {
-        size_t length = strlen(endings[i]);
-        bool is_same = n > length;
-        for (size_t k = 0; k < length && is_same; k++) {
-            char c = name[n - length + k];
-            is_same &= (c >= 'A' && c <= 'Z' ? (char)(c + 32) : c) == endings[i][k];
-        }
-        if (is_same) return true;
-    }
+    for (size_t i = 0; i < sizeof endings / sizeof *endings; i++)
+        if (ends(name, endings[i])) return true;
     return false;
 }
 
@@ -274,6 +273,12 @@ int batch_find(const qw_arguments *a, batch_list *list)
     if (!is_stdin && stat(a->input, &s) != 0) {
         snprintf(message, sizeof message, "%.400s: %s", a->input, strerror(errno));
         return qw_complain(QW_FILE_MISSING, message);
+    }
+    if (!is_stdin && !S_ISDIR(s.st_mode) && (ends(a->input, ".step") || ends(a->input, ".stp"))) {
+        qw_mesh *mesh; /* the reader says what makes an STL of it */
+        int code = qw_load_or_complain(a->input, &(qw_host){0}, &mesh);
+        qw_mesh_destroy(mesh);
+        if (code != 0) return code;
     }
     if (!is_stdin && !S_ISDIR(s.st_mode) && is_mesh_name(a->input)) {
         snprintf(message, sizeof message,

@@ -174,12 +174,13 @@ static qw_status save_all(session *s)
 
 /* ---- the report */
 
-/* The reader's warnings, for the report and the summary: the library's own begin with the first stage. */
+/* The reader's warnings, and what is said while files are written, for the report and the summary: the library's own
+   begin with the first stage. */
 static void take_note(void *user, qw_log_level level, const char *message)
 {
     session *s = user;
     if (s->arguments->verbose) say_everything(NULL, level, message);
-    if (level != QW_LOG_WARNING || s->notes.count == QW_MOST_NOTES) return;
+    if (level < (s->saving ? QW_LOG_INFO : QW_LOG_WARNING) || s->notes.count == QW_MOST_NOTES) return;
     qw_printable(s->notes.text[s->notes.count++], QW_NOTE_SIZE, message);
 }
 
@@ -191,7 +192,7 @@ static void say_first(const char *message)
     fprintf(stderr, "note: %s\n", shown);
 }
 
-/* What is warned of while files are written; other warnings are in the report. */
+/* What is said while files are written; other warnings are in the report. */
 static void take_writing(void *user, qw_log_level level, const char *message)
 {
     session *s = user;

@@ -70,6 +70,14 @@ static const qw_patch_faces *find_faces(qw_context_state *c, const qw_patches *p
     return qw_find_patch_faces(c->env, patches, patches->blocks, designed, of_cell);
 }
 
+/* How many faces there are: blocks that lie on one plane, cylinder or cone of the part are one. */
+static void say_count(qw_env *env, const qw_patches *patches)
+{
+    uint32_t faces = patches->faces->count;
+    for (uint32_t b = 0; b < patches->blocks->count; b++) faces += patches->faces->of_block[b] == QW_NONE;
+    qw_log(env, QW_LOG_INFO, "the STEP file has %u faces, of %u blocks of quads", faces, patches->blocks->count);
+}
+
 static void save_patches(void *user)
 {
     const patches_call *call = user;
@@ -82,6 +90,7 @@ static void save_patches(void *user)
     qw_patches patches = qw_make_patches(call->c->env, quads, is_split ? run->coarse_output : run->output);
     if (call->blocks) patches.blocks = qw_join_patches(call->c->env, quads, &patches);
     if (patches.blocks) patches.faces = find_faces(call->c, &patches);
+    if (patches.faces) say_count(call->c->env, &patches);
     qw_file *file = qw_file_begin(call->c->env, call->path);
     qw_put_step(call->c->env, file, &patches);
     qw_file_finish(file);

@@ -267,6 +267,9 @@ test('hooks lie with the options or beside them, functions elsewhere are named, 
     remesher.close();
   }
   assert.throws(() => quadwright.remeshSync(corners, faces, { faces: () => 60 }), /faces: must be a number, not a function/);
+  assert.throws(() => quadwright.remeshSync(corners, faces, { faces: 60 }, { log() {} }), /no fourth argument: signal, progress and log are among the options/);
+  await assert.rejects(quadwright.remesh(corners, faces, { faces: 60 }, { progress() {} }), /no fourth argument/);
+  await assert.rejects(quadwright.asset(corners, faces, { faces: 60 }, { progress() {} }), /no fourth argument/);
 });
 
 const CUBE_APP = `import { init, remesh } from 'quadwright';

@@ -7,8 +7,6 @@
 #include <math.h>
 #include <string.h>
 
-enum { ROUNDS = 12 /* of cutting rings open */ };
-
 /* Where the points of a patch lie as seen from corner i of its quad: the corner itself, steps ahead along its
    half-edge, and up, back along the one before. */
 static const int CORNER[4] = {0, 12, 15, 3}, AHEAD[4] = {4, 1, -4, -1}, UP[4] = {1, -4, -1, 4};
@@ -22,6 +20,7 @@ typedef struct joining {
     uint32_t *block;  /* uint32_t[faces], sets */
     uint32_t *edge;   /* uint32_t[half-edges]: the long edge that each is part of, or QW_NONE */
     uint32_t *way;    /* uint32_t[half-edges]: of one side */
+    uint32_t cuts;    /* vertices that were made special */
     qw_patch_blocks *out;
 } joining;
 
@@ -110,7 +109,14 @@ static bool find_grid(const joining *j, uint32_t h, uint32_t faces, grid *g)
     return (uint64_t)g->size[0] * g->size[1] == faces;
 }
 
-/* A ring without a corner is cut at a vertex of its border and half way around. */
+static void cut_at(joining *j, uint32_t h)
+{
+    uint8_t *special = &j->special[j->quads->corner[h]];
+    j->cuts += !*special;
+    *special = 1;
+}
+
+/* A ring without a corner is cut at a vertex of its border and half way around; what has no border, at any vertex. */
 static void cut_ring(joining *j, uint32_t h, uint32_t faces)
 {
     assert(h < 4 * j->quads->face_count);
@@ -118,14 +124,14 @@ static void cut_ring(joining *j, uint32_t h, uint32_t faces)
     uint32_t length = 0, at = h;
     do at = straight_on(q, at), length++;
     while (at != h && at != QW_NONE && length <= faces);
-    j->special[q->corner[h]] = 1;
+    cut_at(j, h);
     at = h;
     for (uint32_t k = 0; k < length / 2 && at != QW_NONE; k++) at = straight_on(q, at);
-    if (at != QW_NONE) j->special[q->corner[at]] = 1;
+    if (at != QW_NONE) cut_at(j, at);
 }
 
-/* All blocks as grids: their number; 0 where one had to be cut, and QW_NONE where one is no grid, or has no border, as
-   a torus without irregular vertices. */
+/* All blocks as grids: their number; 0 where one had to be cut, one in each shell, as lines from there may cut the
+   others; QW_NONE where one is no grid. */
 static uint32_t find_grids(joining *j, grid *grids)
 {
     const qw_quadmesh *q = j->quads;
@@ -138,14 +144,16 @@ static uint32_t find_grids(joining *j, grid *grids)
         if (j->line[h]) border[b] = h;
         if (j->line[h] && j->line[qw_quad_prev(h)]) begin[b] = h;
     }
-    bool is_cut = false;
+    uint8_t *is_cut = QW_NEW_ZERO(j->env, uint8_t, j->patches->shell_count);
+    bool any_cut = false;
     for (uint32_t b = 0; b < n; b++) {
         if (faces[b] == 0) continue;
-        if (border[b] == QW_NONE) return QW_NONE;
-        if (begin[b] == QW_NONE) cut_ring(j, border[b], faces[b]), is_cut = true;
-        else if (!find_grid(j, begin[b], faces[b], &grids[count++])) return QW_NONE;
+        if (begin[b] == QW_NONE) {
+            if (!is_cut[j->patches->shell[b]]) cut_ring(j, border[b] == QW_NONE ? 4 * b : border[b], faces[b]);
+            is_cut[j->patches->shell[b]] = any_cut = true;
+        } else if (!find_grid(j, begin[b], faces[b], &grids[count++])) return QW_NONE;
     }
-    return is_cut ? 0 : count;
+    return any_cut ? 0 : count;
 }
 
 /* ---- what is written */
@@ -207,7 +215,7 @@ static bool add_sides(joining *j, const grid *g, uint32_t b)
         for (int i = 0; i < k; i++) {
             if (o->side[b][i] != o->side[b][k]) continue;
             count = list_side(j, g, k - 1);
-            j->special[j->quads->corner[j->way[count / 2]]] = 1;
+            cut_at(j, j->way[count / 2]);
             return false;
         }
     }
@@ -258,7 +266,8 @@ qw_patch_blocks *qw_join_patches(qw_env *env, const qw_quadmesh *q, const qw_pat
     j.way = QW_NEW(env, uint32_t, sides);
     grid *grids = qw_alloc(env, q->face_count, sizeof *grids);
     find_special(&j);
-    for (int round = 0; round < ROUNDS; round++) {
+    for (uint32_t cuts = QW_NONE; cuts != j.cuts;) {
+        cuts = j.cuts;
         trace_lines(&j);
         uint32_t count = find_grids(&j, grids);
         if (count == QW_NONE) return NULL;
