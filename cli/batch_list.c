@@ -274,16 +274,11 @@ int batch_find(const qw_arguments *a, batch_list *list)
         snprintf(message, sizeof message, "%.400s: %s", a->input, strerror(errno));
         return qw_complain(QW_FILE_MISSING, message);
     }
-    if (!is_stdin && !S_ISDIR(s.st_mode) && (ends(a->input, ".step") || ends(a->input, ".stp"))) {
-        qw_mesh *mesh; /* the reader says what makes an STL of it */
-        int code = qw_load_or_complain(a->input, &(qw_host){0}, &mesh);
-        qw_mesh_destroy(mesh);
-        if (code != 0) return code;
-    }
-    if (!is_stdin && !S_ISDIR(s.st_mode) && is_mesh_name(a->input)) {
+    bool is_step = ends(a->input, ".step") || ends(a->input, ".stp");
+    if (!is_stdin && !S_ISDIR(s.st_mode) && (is_step || is_mesh_name(a->input))) {
         snprintf(message, sizeof message,
-                 "%.400s is a model: a batch takes a folder of models, or a file with the name of one on each line",
-                 a->input);
+                 "%.300s is a model%s: a batch takes a folder of models, or a file with the name of one on each line",
+                 a->input, is_step ? ", of which gmsh FILE.step -2 -o FILE.stl makes one that can be read" : "");
         return qw_complain(QW_ARGUMENT, message);
     }
     if (!is_stdin && S_ISDIR(s.st_mode)) {

@@ -210,6 +210,7 @@ static qw_status measure(session *s, qw_quality *quality, bool *is_measured)
                           .progress_user = &s->meter,
                           .memory_limit = a->memory_limit};
     qw_mesh_view quads, surface = qw_mesh_get(s->input);
+    qw_meter_end(&s->meter);
     *is_measured = qw_get_mesh(s->context, &quads) == QW_OK;
     if (!*is_measured) return QW_OK;
     qw_topology topology;
@@ -447,9 +448,9 @@ static qw_status work(session *s, qw_mesh **input)
     }
     bool has_levels = a->level_count > 0;
     if (status == QW_OK) status = has_levels ? make_levels(s) : run_stages(s);
-    qw_meter_end(&s->meter);
     if (status == QW_OK && qw_interrupted()) status = QW_CANCELLED;
     if (status == QW_OK && !has_levels) status = write_results(s);
+    qw_meter_end(&s->meter);
     return explain(s, status);
 }
 
@@ -462,6 +463,7 @@ static qw_status run(session *s, qw_mesh **input)
                           .log = take_writing,
                           .log_user = s};
     qw_meter_begin(&s->meter, a->quiet, (double)a->time_limit);
+    s->meter.phases = (1 + (a->unwrap || a->bake) + a->bake) * (a->level_count > 0 ? (int)a->level_count : 1);
     qw_status status = qw_create(&host, &s->context);
     if (status == QW_OK) status = work(s, input);
     if (status == QW_OK && !a->quiet && a->output && a->level_count == 0)

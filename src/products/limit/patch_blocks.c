@@ -1,15 +1,12 @@
 #include "products/limit/patch_blocks.h"
 
 #include "base/sets.h"
+#include "products/limit/patches.h"
 #include "products/limit/stencils.h"
 
 #include <assert.h>
 #include <math.h>
 #include <string.h>
-
-/* Where the points of a patch lie as seen from corner i of its quad: the corner itself, steps ahead along its
-   half-edge, and up, back along the one before. */
-static const int CORNER[4] = {0, 12, 15, 3}, AHEAD[4] = {4, 1, -4, -1}, UP[4] = {1, -4, -1, 4};
 
 typedef struct joining {
     qw_env *env;
@@ -23,8 +20,6 @@ typedef struct joining {
     uint32_t cuts;    /* vertices that were made special */
     qw_patch_blocks *out;
 } joining;
-
-static bool is_sharp(const qw_quadmesh *q, uint32_t h) { return q->twin[h] == QW_NONE || (q->mark && q->mark[h]); }
 
 /* The half-edge that goes straight on from the head of h, which is no boundary. */
 static uint32_t straight_on(const qw_quadmesh *q, uint32_t h)
@@ -45,7 +40,7 @@ static void find_special(joining *j)
         bool is_regular = rule[v] != QW_RULE_CORNER && valence == (is_open ? 3 : 4);
         uint32_t count = 0;
         for (uint32_t i = 0; is_regular && i < 4 && h != QW_NONE; i++, h = qw_quad_around(q, h))
-            count += sharp[i] = is_sharp(q, h);
+            count += sharp[i] = qw_is_sharp_side(q, h);
         if (is_open) is_regular &= count <= 1; /* the other end of the boundary is no outgoing half-edge */
         else is_regular &= count == 0 || (count == 2 && sharp[0] == sharp[2]);
         j->special[v] = !is_regular;
@@ -62,19 +57,12 @@ static void trace_lines(joining *j)
 {
     const qw_quadmesh *q = j->quads;
     uint32_t sides = 4 * q->face_count;
-    for (uint32_t h = 0; h < sides; h++) j->line[h] = is_sharp(q, h);
-    for (uint32_t h = 0; h < sides; h++) {
-        for (int twice = 0; twice < 2; twice++) { /* a half-edge of a boundary has no twin that leaves the vertex */
-            uint32_t at = twice ? qw_quad_prev(h) : h, from = twice ? q->twin[at] : at;
-            if (from == QW_NONE || !j->special[q->corner[from]]) continue;
-            for (uint32_t steps = 0; at != QW_NONE && steps < sides; steps++) {
-                at = steps == 0 ? from : at;
-                mark(j, at);
-                if (j->special[q->corner[qw_quad_next(at)]]) break;
-                at = straight_on(q, at);
-            }
+    for (uint32_t h = 0; h < sides; h++) j->line[h] = qw_is_sharp_side(q, h);
+    for (uint32_t h = 0; h < sides; h++)
+        for (uint32_t at = j->special[q->corner[h]] ? h : QW_NONE; at != QW_NONE;) {
+            mark(j, at);
+            at = j->special[q->corner[qw_quad_next(at)]] ? QW_NONE : straight_on(q, at);
         }
-    }
     qw_sets_begin(j->block, q->face_count);
     for (uint32_t h = 0; h < sides; h++)
         if (!j->line[h]) qw_join_sets(j->block, h / 4, q->twin[h] / 4);
@@ -183,7 +171,7 @@ static uint32_t third_of(uint32_t i, uint32_t count)
 static uint32_t point_on(const joining *j, uint32_t h, uint32_t i)
 {
     const qw_patches *p = j->patches;
-    return p->face[h / 4][CORNER[h % 4] + (int)i * AHEAD[h % 4]];
+    return p->face[h / 4][QW_PATCH_CORNER[h % 4] + (int)i * QW_PATCH_AHEAD[h % 4]];
 }
 
 static void add_edge(joining *j, uint32_t count)
@@ -236,7 +224,8 @@ static void add_points(joining *j, const grid *g, uint32_t b)
                 for (uint32_t k = from; k < c; k++) {
                     int i = (int)(third_of(r, m) - 3 * x), up = (int)(third_of(k, n) - 3 * y);
                     o->point[at + (size_t)r * columns + k] =
-                        j->patches->face[h / 4][CORNER[h % 4] + i * AHEAD[h % 4] + up * UP[h % 4]];
+                        j->patches
+                            ->face[h / 4][QW_PATCH_CORNER[h % 4] + i * QW_PATCH_AHEAD[h % 4] + up * QW_PATCH_UP[h % 4]];
                 }
     }
     o->span[b][0] = m, o->span[b][1] = n;
