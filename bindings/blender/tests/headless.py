@@ -1327,9 +1327,9 @@ class Process(Case):
                 self.assertEqual([name for name in now if name not in files], [])
         self.assertEqual(len(common.children()), 1)  # the worker, kept for the next run
         table = np.array(sizes)
-        growth = np.median(table[-5:], 0) - np.median(table[3:8], 0)
+        growth = np.min(table[-5:], 0) - np.min(table[3:8], 0)  # up to 20 MB of what was freed go back to the system late
         print(f"    ten runs: Blender grew by {growth[0]:.1f} MB, of which its data by {growth[2]:.1f} MB, the worker by {growth[1]:.1f} MB")
-        self.assertLess(growth[0], 15)
+        self.assertLess(growth[0], 6)
         self.assertLess(growth[1], 5)
         self.assertLess(growth[2], 0.5)
         self.assertTrue(all(not name.startswith(add_on) or name in files for name in common.files_below(add_on)))
