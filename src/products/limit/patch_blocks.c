@@ -104,18 +104,23 @@ static void cut_at(joining *j, uint32_t h)
     *special = 1;
 }
 
-/* A ring without a corner is cut at a vertex of its border and half way around; what has no border, at any vertex. */
+/* Cuts what lies along j->way into two to eight pieces: readers project the edges of a face onto it, and on one that
+   winds far around there may be two places for them. */
+static void cut_way(joining *j, uint32_t length)
+{
+    uint32_t pieces = length < 24 ? 2 : length < 64 ? length / 8 : 8;
+    for (uint32_t k = 0; k < length; k++)
+        if (k * pieces % length < pieces) cut_at(j, j->way[k]);
+}
+
+/* A ring without a corner is cut at vertices of its border; what has no border, at any, both ways. */
 static void cut_ring(joining *j, uint32_t h, uint32_t faces)
 {
     assert(h < 4 * j->quads->face_count);
-    const qw_quadmesh *q = j->quads;
     uint32_t length = 0, at = h;
-    do at = straight_on(q, at), length++;
+    do j->way[length++] = at, at = straight_on(j->quads, at);
     while (at != h && at != QW_NONE && length <= faces);
-    cut_at(j, h);
-    at = h;
-    for (uint32_t k = 0; k < length / 2 && at != QW_NONE; k++) at = straight_on(q, at);
-    if (at != QW_NONE) cut_at(j, at);
+    cut_way(j, length);
 }
 
 /* All blocks as grids: their number; 0 where one had to be cut, one in each shell, as lines from there may cut the
@@ -138,6 +143,7 @@ static uint32_t find_grids(joining *j, grid *grids)
         if (faces[b] == 0) continue;
         if (begin[b] == QW_NONE) {
             if (!is_cut[j->patches->shell[b]]) cut_ring(j, border[b] == QW_NONE ? 4 * b : border[b], faces[b]);
+            if (border[b] == QW_NONE) cut_ring(j, q->twin[4 * b + 3], faces[b]);
             is_cut[j->patches->shell[b]] = any_cut = true;
         } else if (!find_grid(j, begin[b], faces[b], &grids[count++])) return QW_NONE;
     }
@@ -202,8 +208,7 @@ static bool add_sides(joining *j, const grid *g, uint32_t b)
         o->side[b][k] = j->edge[first];
         for (int i = 0; i < k; i++) {
             if (o->side[b][i] != o->side[b][k]) continue;
-            count = list_side(j, g, k - 1);
-            cut_at(j, j->way[count / 2]);
+            cut_way(j, list_side(j, g, k - 1));
             return false;
         }
     }
