@@ -97,20 +97,16 @@ static bool find_grid(const joining *j, uint32_t h, uint32_t faces, grid *g)
     return (uint64_t)g->size[0] * g->size[1] == faces;
 }
 
-static void cut_at(joining *j, uint32_t h)
-{
-    uint8_t *special = &j->special[j->quads->corner[h]];
-    j->cuts += !*special;
-    *special = 1;
-}
-
 /* Cuts what lies along j->way into two to eight pieces: readers project the edges of a face onto it, and on one that
    winds far around there may be two places for them. */
 static void cut_way(joining *j, uint32_t length)
 {
     uint32_t pieces = length < 24 ? 2 : length < 64 ? length / 8 : 8;
-    for (uint32_t k = 0; k < length; k++)
-        if (k * pieces % length < pieces) cut_at(j, j->way[k]);
+    for (uint32_t k = 0; k < length; k++) {
+        uint8_t *special = &j->special[j->quads->corner[j->way[k]]];
+        if (k * pieces % length >= pieces || *special) continue;
+        *special = 1, j->cuts++;
+    }
 }
 
 /* A ring without a corner is cut at vertices of its border; what has no border, at any, both ways. */
