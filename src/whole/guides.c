@@ -65,12 +65,14 @@ static void require_near(const qw_run_state *run, const qw_bvh *bvh, const qw_ve
     const qw_steering *s = &run->steering;
     double worst = 0;
     uint32_t guide = 0, number = 0;
-    for (uint32_t g = 0; g < s->guide_count; g++)
-        for (uint32_t i = s->guide_begin[g]; s->guide_kind[g] != QW_GUIDE_JOINT && i < s->guide_begin[g + 1]; i++) {
+    for (uint32_t g = 0; g < s->guide_count; g++) {
+        if (s->guide_kind[g] == QW_GUIDE_JOINT) continue; /* nobody drew it: it is let go */
+        for (uint32_t i = s->guide_begin[g]; i < s->guide_begin[g + 1]; i++) {
             qw_hit hit = qw_bvh_nearest(bvh, point[i], qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
             double off = hit.face == QW_NONE ? INFINITY : sqrt((double)hit.distance2);
             if (off > worst) worst = off, guide = g, number = i - s->guide_begin[g];
         }
+    }
     if (worst > MOST_OFF * edge)
         qw_fail(
             run->env, QW_ARGUMENT, guide,
@@ -128,22 +130,6 @@ void qw_engrave_guides(qw_run_state *run)
 
 /* ---- necks */
 
-/* Draws one neck, on a copy of the surface, which becomes the surface if that works. */
-static bool engrave_neck(qw_run_state *run, const qw_vec3 *point, uint32_t count, float edge)
-{
-    qw_env *env = run->env;
-    const uint32_t begin[2] = {0, count}, number = 0, finer = 1;
-    const uint8_t mark = QW_MARKS;
-    const qw_polylines line = {1, begin, point, &number, &mark, &finer};
-    bool drawn;
-    int64_t marked;
-    qw_scope_begin(env);
-    qw_trimesh cut = qw_engrave(env, &run->surface, qw_bvh_build(env, &run->surface), &line, edge, &marked, &drawn);
-    if (drawn) take_surface(run, &cut);
-    qw_scope_end(env);
-    return drawn;
-}
-
 /* Necks and joints are taken one by one. */
 typedef struct taking {
     qw_run_state *run;
@@ -193,21 +179,40 @@ static bool has_room(const taking *t, const qw_vec3 *point, uint32_t count)
     return is_free;
 }
 
+/* Draws a curve on a copy of the surface, which becomes the surface if that works. */
 static bool take_curve(taking *t, const qw_vec3 *point, uint32_t count)
 {
-    if (!engrave_neck(t->run, point, count, t->edge)) return false;
+    qw_run_state *run = t->run;
+    qw_env *env = run->env;
+    const uint32_t begin[2] = {0, count}, number = 0, finer = 1;
+    const uint8_t mark = QW_MARKS;
+    const qw_polylines line = {1, begin, point, &number, &mark, &finer};
+    const qw_trimesh old = run->surface;
+    uint32_t *component = run->surface_census.component;
+    bool drawn;
+    int64_t marked;
+    qw_scope_begin(env);
+    qw_trimesh cut = qw_engrave(env, &old, qw_bvh_build(env, &old), &line, t->edge, &marked, &drawn);
+    if (drawn) take_surface(run, &cut);
+    qw_scope_end(env);
+    if (!drawn) return false;
+    if (t->taken.count > 0) { /* the curve before was the last to need it */
+        qw_free(env, old.position), qw_free(env, old.corner), qw_free(env, old.twin), qw_free(env, old.mark);
+        qw_free(env, old.point), qw_free(env, component);
+    }
     qw_necks *n = &t->taken;
     memcpy(n->point + n->begin[n->count], point, count * sizeof *point);
     n->count++, n->begin[n->count] = n->begin[n->count - 1] + count;
     return true;
 }
 
+/* After the loops that were drawn, beside which nothing else is. */
 static void take_joints(taking *t)
 {
     const qw_steering *s = &t->run->steering;
-    if (!qw_follows_motion(t->run) || s->guide_count == 0) return;
+    if (s->guide_count == 0) return;
     const qw_vec3 *point = qw_guides_in_frame(t->run);
-    for (int joints = 0; joints < 2; joints++)
+    for (int joints = 0; joints < 1 + qw_follows_motion(t->run); joints++)
         for (uint32_t g = 0; g < s->guide_count; g++) {
             const qw_vec3 *p = point + s->guide_begin[g];
             uint32_t count = s->guide_begin[g + 1] - s->guide_begin[g];

@@ -4,6 +4,9 @@
 
 #include "whole/state.h"
 
+/* Wanted edges become so many times shorter at the most. */
+#define QW_MOST_SHORTER 1.5f
+
 /* Whether skin weights or targets steer the run. */
 bool qw_follows_motion(const qw_run_state *run);
 
