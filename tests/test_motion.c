@@ -184,6 +184,10 @@ static void wrong_motion_is_refused(void **state)
     assert_int_equal(qw_get_mesh(context, &quads), QW_NOT_READY);
     run(context, &options);
     assert_int_equal(qw_get_report(context)->nests, 1);
+    options.faces = 60; /* six quads go around, but three rings have no room along it */
+    run(context, &options);
+    assert_int_equal(qw_get_report(context)->nests, 0);
+    options.faces = 500;
     assert_int_equal(qw_set_motion(context, NULL, 0), QW_OK);
     assert_int_equal(run(context, &options).face_count, faces);
     assert_int_equal(qw_get_report(context)->nests, 0);

@@ -130,6 +130,9 @@ void qw_engrave_guides(qw_run_state *run)
 
 /* ---- necks */
 
+/* At a joint so many rows fit across, by how fast movement changes in its middle: three in all. */
+enum { ROWS_OF_JOINT = 2 };
+
 /* Necks and joints are taken one by one. */
 typedef struct taking {
     qw_run_state *run;
@@ -147,26 +150,35 @@ static void add_steps(taking *t, const qw_vec3 *point, uint32_t count)
     for (uint32_t i = 0; i + 1 < count; i++) t->from[t->steps] = point[i], t->to[t->steps++] = point[i + 1];
 }
 
-/* The number of edges along a curve; 0: it is off the surface. */
-static double edges_on(const taking *t, const qw_vec3 *point, uint32_t count)
+/* The number of edges along a curve; 0: it is off the surface. *rows: how many fit across it, where movement changes
+   from none to all; unless NULL. */
+static double edges_on(const taking *t, const qw_vec3 *point, uint32_t count, double *rows)
 {
-    double edges = 0;
-    for (uint32_t i = 0; i + 1 < count; i++) {
+    qw_env *env = t->run->env;
+    double edges = 0, change = 0;
+    qw_vec3 *normal = QW_NEW(env, qw_vec3, count);
+    float *size = QW_NEW(env, float, count);
+    for (uint32_t i = 0; i < count; i++) {
         qw_hit hit = qw_bvh_nearest(t->tree, point[i], qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
         if (hit.face == QW_NONE || sqrtf(hit.distance2) > (float)MOST_OFF * t->edge) return 0;
-        edges += (double)(qw_distance(point[i], point[i + 1]) / t->size[t->was->corner[3 * (size_t)hit.face]]);
+        normal[i] = qw_bvh_normal(t->tree, hit.face), size[i] = t->size[t->was->corner[3 * (size_t)hit.face]];
+        if (i > 0) edges += (double)(qw_distance(point[i - 1], point[i]) / size[i - 1]);
     }
+    const qw_vec3 *moved = rows ? qw_motion_on(t->run, point, normal, count) : NULL;
+    for (uint32_t i = 0; i < count && rows; i++) change += (double)(size[i] * qw_length(moved[i]));
+    if (rows) *rows = count / change;
     return edges;
 }
 
-/* Whether a joint has room for so many edges around, and nothing was drawn near it. */
-static bool has_room(const taking *t, const qw_vec3 *point, uint32_t count)
+/* Whether a neck or a joint has room for so many edges around, a joint for so many rings across, and nothing was drawn
+   near it. */
+static bool has_room(const taking *t, const qw_vec3 *point, uint32_t count, bool is_joint)
 {
     bool is_closed = qw_distance(point[0], point[count - 1]) == 0;
     float length = 0;
     for (uint32_t i = 0; i + 1 < count; i++) length += qw_distance(point[i], point[i + 1]);
-    double edges = edges_on(t, point, count), least = is_closed ? QW_NECK_EDGES : 0.5 * QW_NECK_EDGES;
-    if (edges < least) return false;
+    double rows = INFINITY, edges = edges_on(t, point, count, is_joint ? &rows : NULL);
+    if (edges < (is_closed ? QW_NECK_EDGES : 0.5 * QW_NECK_EDGES) || rows < ROWS_OF_JOINT) return false;
     float near = fmaxf(QW_NECKS_APART * length / (float)edges,
                        QW_NECKS_APART_SHARE * length / (float)(is_closed ? 2 * QW_PI : QW_PI));
     if (t->steps == 0) return true;
@@ -218,7 +230,7 @@ static void take_joints(taking *t)
             uint32_t count = s->guide_begin[g + 1] - s->guide_begin[g];
             if (!joints && s->guide_kind[g] == QW_GUIDE_LOOP) add_steps(t, p, count);
             if (joints && s->guide_kind[g] == QW_GUIDE_JOINT && t->taken.count < QW_MOST_NECKS &&
-                has_room(t, p, count) && take_curve(t, p, count))
+                has_room(t, p, count, true) && take_curve(t, p, count))
                 add_steps(t, p, count);
         }
 }
@@ -253,7 +265,7 @@ void qw_engrave_necks(qw_run_state *run, double rho)
         for (uint32_t i = 0; i < found.count; i++) {
             const qw_vec3 *p = found.point + found.begin[i];
             uint32_t count = found.begin[i + 1] - found.begin[i];
-            if (t.steps == 0 || has_room(&t, p, count)) take_curve(&t, p, count);
+            if (t.steps == 0 || has_room(&t, p, count, false)) take_curve(&t, p, count);
         }
         if (t.taken.count > 0) {
             run->necks = t.taken;

@@ -6,7 +6,7 @@
 #include <math.h>
 
 /* Rows that are wanted where movement changes from none to all, if edges need be no shorter than by QW_MOST_SHORTER for
- * that. */
+   that. */
 static const float ROWS = 4;
 
 bool qw_follows_motion(const qw_run_state *run)
@@ -25,6 +25,11 @@ qw_vec3 *qw_motion_on(const qw_run_state *run, const qw_vec3 *point, const qw_ve
     return change;
 }
 
+float qw_room_of_motion(float size, qw_vec3 change)
+{
+    return fminf(fmaxf(4 - 1.5f * ROWS * size * qw_length(change), 0), 1);
+}
+
 void qw_fit_motion(const qw_run_state *run, float *size)
 {
     qw_env *env = run->env;
@@ -33,7 +38,7 @@ void qw_fit_motion(const qw_run_state *run, float *size)
     float share = fminf(2 * (float)run->options.follow_motion, 1);
     for (uint32_t v = 0; v < s->vertex_count; v++) {
         float shorter = fminf(fmaxf(ROWS * size[v] * qw_length(change[v]), 1), QW_MOST_SHORTER);
-        size[v] /= 1 + share * (shorter - 1);
+        size[v] /= 1 + share * qw_room_of_motion(size[v], change[v]) * (shorter - 1);
     }
     qw_free(env, normal), qw_free(env, change);
 }
