@@ -91,6 +91,7 @@ static void necks_are_found(void **state)
         uint32_t necks;
     } rows[] = {{0, 0, 0.1f, 1, 0},       /* a ball has none */
                 {5, 0.6f, 0.1f, 1, 5},    /* one a rod */
+                {5, -0.6f, 0.1f, 1, 5},   /* one a pit */
                 {5, 0.6f, 0.1f, 0.3, 0},  /* which are not that long */
                 {5, 0.6f, 0.25f, 1, 0},   /* no six quads fit around */
                 {5, 0.05f, 0.05f, 1, 0}}; /* hardly bumps */
@@ -107,6 +108,7 @@ static void necks_are_found(void **state)
             for (uint32_t v = necks.begin[k]; v + 1 < necks.begin[k + 1]; v++) middle = qw_add(middle, necks.point[v]);
             float off = qw_length(middle) / (float)(necks.begin[k + 1] - necks.begin[k] - 1);
             assert_true(off > 0.5f && off < 1.5f); /* it goes around a rod */
+            assert_int_equal(necks.is_pocket[k], rows[i].height < 0);
         }
         qw_env_destroy(env);
     }

@@ -192,7 +192,7 @@ static bool has_room(const taking *t, const qw_vec3 *point, uint32_t count, bool
 }
 
 /* Draws a curve on a copy of the surface, which becomes the surface if that works. */
-static bool take_curve(taking *t, const qw_vec3 *point, uint32_t count)
+static bool take_curve(taking *t, const qw_vec3 *point, uint32_t count, uint8_t is_pocket)
 {
     qw_run_state *run = t->run;
     qw_env *env = run->env;
@@ -214,6 +214,7 @@ static bool take_curve(taking *t, const qw_vec3 *point, uint32_t count)
     }
     qw_necks *n = &t->taken;
     memcpy(n->point + n->begin[n->count], point, count * sizeof *point);
+    n->is_pocket[n->count] = is_pocket;
     n->count++, n->begin[n->count] = n->begin[n->count - 1] + count;
     return true;
 }
@@ -230,7 +231,7 @@ static void take_joints(taking *t)
             uint32_t count = s->guide_begin[g + 1] - s->guide_begin[g];
             if (!joints && s->guide_kind[g] == QW_GUIDE_LOOP) add_steps(t, p, count);
             if (joints && s->guide_kind[g] == QW_GUIDE_JOINT && t->taken.count < QW_MOST_NECKS &&
-                has_room(t, p, count, true) && take_curve(t, p, count))
+                has_room(t, p, count, true) && take_curve(t, p, count, 0))
                 add_steps(t, p, count);
         }
 }
@@ -250,6 +251,7 @@ void qw_engrave_necks(qw_run_state *run, double rho)
         const qw_steering *s = &run->steering;
         size_t most = found.count > 0 ? found.begin[found.count] : 0;
         if (s->guide_count > 0) most += s->guide_begin[s->guide_count];
+        uint32_t curves = found.count + s->guide_count;
         taking t = {run,
                     size,
                     &was,
@@ -258,18 +260,18 @@ void qw_engrave_necks(qw_run_state *run, double rho)
                     QW_NEW(env, qw_vec3, most),
                     0,
                     (float)rho,
-                    {0, QW_NEW_ZERO(env, uint32_t, (size_t)found.count + s->guide_count + 1),
-                     QW_NEW(env, qw_vec3, most), NULL}};
+                    {0, QW_NEW_ZERO(env, uint32_t, (size_t)curves + 1), QW_NEW(env, qw_vec3, most), NULL,
+                     QW_NEW(env, uint8_t, curves)}};
         take_joints(&t);
         uint32_t joints = t.taken.count;
         for (uint32_t i = 0; i < found.count; i++) {
             const qw_vec3 *p = found.point + found.begin[i];
             uint32_t count = found.begin[i + 1] - found.begin[i];
-            if (t.steps == 0 || has_room(&t, p, count, false)) take_curve(&t, p, count);
+            if (t.steps == 0 || has_room(&t, p, count, false)) take_curve(&t, p, count, found.is_pocket[i]);
         }
         if (t.taken.count > 0) {
             run->necks = t.taken;
-            qw_keep(env, t.taken.begin), qw_keep(env, t.taken.point);
+            qw_keep(env, t.taken.begin), qw_keep(env, t.taken.point), qw_keep(env, t.taken.is_pocket);
             keep_surface(run);
         }
         qw_acted(env, QW_MECH_NECKS, finds_necks), qw_kept(env, QW_MECH_NECKS, t.taken.count - joints);

@@ -26,6 +26,7 @@ enum { POINTS = 32, ROUNDS = 12 };
 typedef struct neck {
     double ratio;
     float size; /* wanted edge on it */
+    uint8_t is_pocket;
     qw_vec3 point[POINTS];
 } neck;
 
@@ -209,13 +210,31 @@ static bool trace(const search *s, const float *distance, float at, double lengt
     return taken == POINTS && gone > 0.99 * length;
 }
 
-/* Smooth and a little shorter, so that it lies in the neck; it stays on the surface. */
-static void tighten(const search *s, qw_vec3 *point)
+/* Whether the volume between what lies nearer than the curve and the middle of the curve is on the outside. */
+static bool is_pocket(const search *s, const float *distance, float at, const qw_vec3 *point)
+{
+    const qw_trimesh *m = s->mesh;
+    qw_vec3 middle = qw_v3(0, 0, 0);
+    double volume = 0;
+    for (int i = 0; i < POINTS; i++) middle = qw_madd(middle, 1.0f / POINTS, point[i]);
+    for (uint32_t f = 0; f < m->face_count; f++) {
+        const uint32_t *c = m->corner + 3 * (size_t)f;
+        if (fmaxf(fmaxf(distance[c[0]], distance[c[1]]), distance[c[2]]) <= at)
+            volume += (double)qw_dot(qw_sub(m->position[c[0]], middle), qw_face_cross(m, f));
+    }
+    return volume < 0;
+}
+
+/* Smooth and a little shorter, so that it lies in the neck; it stays on the surface. Around a limb it becomes straight:
+   steps of a quarter of it undo a slant, but they would draw the rim of a pocket in. */
+static void tighten(const search *s, neck *n)
 {
     for (int round = 0; round < ROUNDS; round++) {
         qw_vec3 moved[POINTS];
+        int step = n->is_pocket ? 1 : POINTS / 4 >> round % 4;
+        qw_vec3 *point = n->point;
         for (int i = 0; i < POINTS; i++) {
-            qw_vec3 middle = qw_scale(qw_add(point[(i + 1) % POINTS], point[(i + POINTS - 1) % POINTS]), 0.5f);
+            qw_vec3 middle = qw_scale(qw_add(point[(i + step) % POINTS], point[(i + POINTS - step) % POINTS]), 0.5f);
             moved[i] =
                 qw_bvh_nearest(s->tree, qw_lerp(point[i], middle, 0.5f), qw_v3(0, 0, 0), -1, INFINITY, QW_NONE).point;
         }
@@ -235,7 +254,8 @@ static void take_neck(search *s, const levels *l, const float *distance, int j)
     neck n = {.ratio = l->length[j] * l->length[j] / (4 * QW_PI * l->area[j]),
               .size = (float)(l->size[j] / l->length[j])};
     if (!trace(s, distance, l->step * (float)(j + 1), l->length[j], n.point)) return;
-    tighten(s, n.point);
+    n.is_pocket = is_pocket(s, distance, l->step * (float)(j + 1), n.point);
+    tighten(s, &n);
     if (length_of(n.point) >= QW_NECK_EDGES * (double)n.size && s->count < QW_MOST_NECKS) s->found[s->count++] = n;
 }
 
@@ -299,7 +319,7 @@ static qw_necks choose(search *s)
     for (size_t i = 0; i < s->count; i++) order[i] = (uint64_t)(1e9 * s->found[i].ratio) << 32 | i;
     qw_sort_u64(order, s->count);
     qw_necks necks = {0, QW_NEW(env, uint32_t, s->count + 1), QW_NEW(env, qw_vec3, s->count * (POINTS + 1)),
-                      QW_NEW(env, float, s->count)};
+                      QW_NEW(env, float, s->count), QW_NEW(env, uint8_t, s->count)};
     uint32_t *taken = QW_NEW(env, uint32_t, s->count);
     necks.begin[0] = 0;
     for (size_t i = 0; i < s->count; i++) {
@@ -310,6 +330,7 @@ static qw_necks choose(search *s)
         qw_vec3 *to = necks.point + necks.begin[necks.count];
         memcpy(to, n->point, sizeof n->point), to[POINTS] = n->point[0];
         taken[necks.count] = (uint32_t)order[i], necks.ratio[necks.count] = (float)n->ratio;
+        necks.is_pocket[necks.count] = n->is_pocket;
         necks.count++, necks.begin[necks.count] = necks.begin[necks.count - 1] + POINTS + 1;
     }
     qw_free(env, taken), qw_free(env, order);
@@ -334,6 +355,7 @@ qw_necks qw_find_necks(qw_env *env, const qw_trimesh *surface, const qw_bvh *tre
     if (s.count > 0) {
         necks = choose(&s);
         qw_keep(env, necks.begin), qw_keep(env, necks.point), qw_keep(env, necks.ratio);
+        qw_keep(env, necks.is_pocket);
     }
     qw_log(env, QW_LOG_DEBUG, "necks: %u seeds, %u curves, %u taken", seeds, (unsigned)s.count, necks.count);
     qw_scope_end(env);

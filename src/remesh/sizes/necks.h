@@ -18,9 +18,10 @@ enum { QW_NECK_EDGES = 6, QW_MOST_NECKS = 256 };
 
 typedef struct qw_necks {
     uint32_t count;
-    uint32_t *begin; /* uint32_t[count + 1]: points of neck i are point[begin[i]] .. point[begin[i + 1]] */
-    qw_vec3 *point;  /* on the surface, about; the last of each is its first */
-    float *ratio;    /* float[count]: q, ascending */
+    uint32_t *begin;    /* uint32_t[count + 1]: points of neck i are point[begin[i]] .. point[begin[i + 1]] */
+    qw_vec3 *point;     /* on the surface, about; the last of each is its first */
+    float *ratio;       /* float[count]: q, ascending */
+    uint8_t *is_pocket; /* uint8_t[count]: 1: what it encloses lies inside the body, as the socket of an eye */
 } qw_necks;
 
 /* Necks with q of 0.4 times strength (0 to 1) at the most, around which six edges fit. tree: of the surface; size:
