@@ -2,6 +2,7 @@
 
 #include "base/elementary.h"
 #include "base/mechanisms.h"
+#include "whole/cut.h"
 #include "whole/motion_on.h"
 #include "whole/ring_guides.h"
 #include "whole/small.h"
@@ -247,7 +248,7 @@ void qw_engrave_necks(qw_run_state *run, double rho)
         float *base_target, *size = qw_wanted_size(run, rho, &base_target, NULL, NULL);
         const qw_bvh *tree = qw_bvh_build(env, &was);
         qw_necks found = {0};
-        if (finds_necks) found = qw_find_necks(env, &was, tree, size, run->options.rings);
+        if (finds_necks) found = qw_find_necks(env, &was, tree, size, run->mirror.is_used, run->options.rings);
         const qw_steering *s = &run->steering;
         size_t most = found.count > 0 ? found.begin[found.count] : 0;
         if (s->guide_count > 0) most += s->guide_begin[s->guide_count];
@@ -267,6 +268,9 @@ void qw_engrave_necks(qw_run_state *run, double rho)
         for (uint32_t i = 0; i < found.count; i++) {
             const qw_vec3 *p = found.point + found.begin[i];
             uint32_t count = found.begin[i + 1] - found.begin[i];
+            bool is_whole = qw_distance(p[0], p[count - 1]) == 0,
+                 is_cut = qw_is_in_cut(run, p[0]) && qw_is_in_cut(run, p[count - 1]);
+            if (!is_whole && !is_cut) continue; /* it ends at a boundary of the surface */
             if (t.steps == 0 || has_room(&t, p, count, false)) take_curve(&t, p, count, found.is_pocket[i]);
         }
         if (t.taken.count > 0) {

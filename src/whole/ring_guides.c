@@ -55,8 +55,9 @@ void qw_smooth_guide(const qw_run_state *run, uint32_t guide, const qw_vec3 *poi
 static const double NEST_SHARE = 0.15;
 
 /* Rings on each side of a neck that was found, where there is room; edges become shorter for one of them only. A pocket
-   is an eye or a mouth, around which a person lays more of them, with edges as short as they need. */
-enum { RINGS_OF_NECK = 3, RINGS_OF_POCKET = 4 };
+   is an eye or a mouth, around which a person lays more of them, with edges as short as
+   they need, at strength 1. */
+enum { RINGS_OF_NECK = 3, RINGS_OF_POCKET = 5 };
 
 qw_nests qw_nests_of_guides(const qw_run_state *run, double faces)
 {
@@ -84,7 +85,7 @@ qw_nests qw_nests_of_guides(const qw_run_state *run, double faces)
         uint32_t begin = run->necks.begin[i];
         qw_nest *n = &nests.nest[nests.count++];
         n->point = run->necks.point + begin, n->point_count = run->necks.begin[i + 1] - begin;
-        n->rings = run->necks.is_pocket[i] ? fmin(RINGS_OF_POCKET, most) : 1;
+        n->rings = run->necks.is_pocket[i] ? fmax(run->options.rings * fmin(RINGS_OF_POCKET, most), 1) : 1;
         n->most_rings = fmax(RINGS_OF_NECK, n->rings);
     }
     return nests;
