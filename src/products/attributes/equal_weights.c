@@ -7,7 +7,7 @@
 #include <string.h>
 
 /* Points of a curve, each the mean of as much of it, so that the steps of its triangles are gone. */
-enum { POINTS = 48, LEAST_STEPS = 6 };
+enum { POINTS = 48 };
 static const double HALF = 0.5;
 /* Around a place that a target moves as a whole, movement changes alike on all sides: at the least by this share of the
    most. Where a lip leaves the other, or a lid the eye, it does not, and the curve goes around one of the two. */
@@ -152,12 +152,12 @@ static double length_of(const step *s) { return sqrt(qw_distance2_doubles(s->fro
 static bool walk(tracing *t, uint32_t first, part *parts)
 {
     double total = 0, gone = 0;
-    uint32_t at = first, steps = 0;
+    uint32_t at = first;
     while (at != QW_NONE && !t->walked[at]) {
-        t->walked[at] = 1, steps++, total += length_of(&t->step[at]);
+        t->walked[at] = 1, total += length_of(&t->step[at]);
         at = *slot_of(t, t->step[at].to, t->step[at].group);
     }
-    if (at != first || steps < LEAST_STEPS || !(total > 0) || !isfinite(total)) return false;
+    if (at != first || !(total > 0) || !isfinite(total)) return false;
     memset(parts, 0, POINTS * sizeof *parts);
     do {
         double length = length_of(&t->step[at]);
