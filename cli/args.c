@@ -299,6 +299,7 @@ static bool *flag_of(qw_arguments *out, qw_switch_id id)
     case SWITCH_QUIET: return &out->quiet;
     case SWITCH_VERBOSE: return &out->verbose;
     case SWITCH_LINES: return &out->lines;
+    case SWITCH_CLOSED: return &out->closed;
     case SWITCH_RETRY: return &out->retry;
     case SWITCH_FORCE: return &out->force;
     default: return NULL;

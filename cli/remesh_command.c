@@ -435,7 +435,8 @@ static qw_status work(session *s, qw_mesh **input)
         status = keep(s, qw_set_mesh(s->context, &view));
         uint32_t count;
         const qw_attribute *of_input = qw_mesh_attributes(*input, &count);
-        if (status == QW_OK && !a->bare) status = keep(s, qw_set_motion(s->context, of_input, count));
+        if (status == QW_OK && !a->bare && a->options.follow_motion > 0)
+            status = keep(s, qw_set_motion(s->context, of_input, count));
         if (status == QW_OK && a->density)
             status = qw_paint_density(s->context, *input, a->density, s->message, sizeof s->message);
         if (status == QW_OK) status = steer(s, *input);

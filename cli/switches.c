@@ -113,6 +113,8 @@ static const qw_switch_row switches[] = {
      "render: draw the lines that leave irregular vertices straight on; they cut the quads into the patches that "
      "measure "
      "counts"},
+    {SWITCH_CLOSED, RENDER, "closed", NULL, NULL, NULL, NULL,
+     "render: draw the rings: loops of edges that go straight on, close and pass no vertex twice"},
     {SWITCH_CHORD, RENDER, "chord", NULL, "N", NULL, NULL,
      "render: colour one strip of quads, side by side; 1 is the worst: the longest of those that cross themselves, in "
      "red where it does, or "

@@ -425,6 +425,30 @@ test('attributes are carried over', async () => {
   assert.deepEqual([...new Set(attributes.side.values)].sort(), [0, 1]);
 });
 
+test('weights steer by themselves, and no more once they are told not to', async () => {
+  const around = 64, rows = 48, positions = [0, 0, 3, 0, 0, -3], indices = []; // an egg, with weights at a slant
+  for (let i = 0; i < rows; i++)
+    for (let k = 0; k < around; k++) {
+      const a = (2 * Math.PI * k) / around, b = (Math.PI * (i + 1)) / (rows + 1), of = (j, l) => 2 + j * around + ((k + l) % around);
+      positions.push(Math.sin(b) * Math.cos(a), Math.sin(b) * Math.sin(a), 3 * Math.cos(b));
+      if (i === 0) indices.push(0, of(0, 0), of(0, 1));
+      else indices.push(of(i - 1, 0), of(i, 0), of(i, 1), of(i - 1, 0), of(i, 1), of(i - 1, 1));
+      if (i === rows - 1) indices.push(1, of(i, 1), of(i, 0));
+    }
+  const count = positions.length / 3, values = new Float32Array(2 * count), groups = Uint32Array.from({ length: 2 * count }, (_, i) => i % 2);
+  for (let v = 0; v < count; v++) {
+    values[2 * v] = Math.min(1, Math.max(0, 0.5 + (0.88 * positions[3 * v + 2] + 0.48 * positions[3 * v + 1]) / 2));
+    values[2 * v + 1] = 1 - values[2 * v];
+  }
+  const attributes = { skin: { values, components: 2, kind: 'weights', groups } };
+  const steered = await quadwright.remesh(positions, indices, { faces: 800, attributes });
+  const left = await quadwright.remesh(positions, indices, { faces: 800, follow_motion: 0, attributes });
+  const plain = await quadwright.remesh(positions, indices, { faces: 800 });
+  assert.deepEqual([steered, left, plain].map((result) => result.report.nests), [1, 0, 0]);
+  assert.deepEqual(left.quads, plain.quads);
+  assert.equal(steered.attributes.skin.groups.length, steered.attributes.skin.values.length);
+});
+
 test('faces in closed holes are marked', async () => {
   const positions = [], indices = [], n = 16; // a bowl
   for (let j = 0; j <= n; j++)
