@@ -2,6 +2,7 @@
 #include "suite.h"
 #include "unit_shapes.h"
 
+#include "base/sets.h"
 #include "remesh/quads/count.h"
 #include "remesh/quads/simplify.c" /* the moves themselves */
 #include "remesh/quads/topology.h"
@@ -19,6 +20,7 @@ static simplifier open_simplifier(qw_env *env, const qw_quadmesh *q)
     s.e.keeps_journal = true;
     s.stamp = QW_NEW_ZERO(env, uint32_t, q->vertex_count), s.face_stamp = QW_NEW_ZERO(env, uint32_t, q->face_count);
     s.fresh = QW_NEW_ZERO(env, uint8_t, q->vertex_count);
+    s.chord = QW_NEW(env, uint32_t, 2 * (size_t)q->face_count);
     return s;
 }
 
@@ -50,6 +52,23 @@ static qw_quad_move random_move(const simplifier *s, unit_rng *r)
     return (qw_quad_move){h, (uint8_t)unit_random(r, 3)};
 }
 
+/* Quads of chords that cross themselves, by sets of the directions of quads that are joined across edges. */
+static uint32_t crossing_of(qw_env *env, const qw_quad_edit *e)
+{
+    uint32_t n = 2 * e->mesh.face_count, sum = 0;
+    uint32_t *set = QW_NEW(env, uint32_t, n);
+    qw_sets_begin(set, n);
+    uint8_t *crosses = QW_NEW_ZERO(env, uint8_t, n);
+    for (uint32_t h = 0; h < 4 * e->mesh.face_count; h++) {
+        uint32_t t = e->mesh.twin[h];
+        if (!e->gone[h / 4] && t != QW_NONE) qw_join_sets(set, h / 4 * 2 + h % 2, t / 4 * 2 + t % 2);
+    }
+    for (uint32_t i = 0; i < n; i += 2)
+        if (qw_set_of(set, i) == qw_set_of(set, i + 1)) crosses[qw_set_of(set, i)] = 1;
+    for (uint32_t i = 0; i < n; i++) sum += !e->gone[i / 2] && crosses[qw_set_of(set, i)];
+    return sum;
+}
+
 /* Random moves upon random moves: what is legal keeps the topology, what is not changes nothing, and all can be taken
  * back. */
 static void moves_keep_topology(void **state)
@@ -57,7 +76,7 @@ static void moves_keep_topology(void **state)
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
     unit_rng r = {51};
-    uint32_t made[3] = {0}, refused[3] = {0};
+    uint32_t made[3] = {0}, refused[3] = {0}, crossed = 0;
     for (int round = 0; round < 300; round++) {
         qw_scope_begin(env);
         qw_quadmesh q = random_quads(env, &r);
@@ -79,6 +98,9 @@ static void moves_keep_topology(void **state)
             if (k % 8 == 7) {
                 qw_quadmesh now = packed(env, &s);
                 unit_assert_kept(env, &q, &now);
+                uint32_t crossing = crossing_of(env, &s.e);
+                assert_int_equal(qw_crossing_quads(&s.e.mesh, s.e.gone, s.chord), crossing);
+                crossed += crossing > 0;
             }
         }
         qw_quad_edit_undo(&s.e, 0);
@@ -90,6 +112,7 @@ static void moves_keep_topology(void **state)
         assert_outs(&s.e);
         qw_scope_end(env);
     }
+    assert_true(crossed > 100);
     for (int k = 0; k < 3; k++) assert_true(made[k] > 100 && refused[k] > 100);
     qw_env_destroy(env);
 }

@@ -1,6 +1,7 @@
 #include "geometry/chords.h"
 
 #include <assert.h>
+#include <string.h>
 
 int64_t qw_chord_length(const qw_quadmesh *m, uint32_t h, int64_t most)
 {
@@ -22,6 +23,36 @@ void qw_mark_chord(const qw_quadmesh *m, uint32_t h, uint8_t *split)
         for (uint32_t g = way ? m->twin[h] : h; g != QW_NONE && !(split[g] && split[qw_quad_across(g)]);
              g = m->twin[qw_quad_across(g)])
             split[g] = split[qw_quad_across(g)] = 1;
+}
+
+/* Names the chord through side h of its quad after that, both ways. Returns its quads, those twice where it crosses
+   itself, which *crosses says. */
+static uint32_t name_chord(const qw_quadmesh *m, uint32_t h, uint32_t *chord, bool *crosses)
+{
+    uint32_t name = (h / 2 & ~1u) | (h & 1u), count = 0;
+    *crosses = false;
+    for (int way = 0; way < 2; way++)
+        for (uint32_t g = way ? m->twin[h] : h; g != QW_NONE; g = m->twin[qw_quad_across(g)]) {
+            uint32_t at = 2 * (g / 4) + (g & 1u);
+            if (chord[at] == name) break;
+            chord[at] = name, count++;
+            *crosses |= chord[at ^ 1u] == name;
+        }
+    return count;
+}
+
+uint32_t qw_crossing_quads(const qw_quadmesh *m, const uint8_t *gone, uint32_t *chord)
+{
+    assert(m->twin && chord);
+    uint32_t sum = 0;
+    memset(chord, 0xff, 2 * (size_t)m->face_count * sizeof *chord);
+    for (uint32_t i = 0; i < 2 * m->face_count; i++) {
+        bool crosses = false;
+        if (chord[i] != QW_NONE || (gone && gone[i / 2])) continue;
+        uint32_t count = name_chord(m, 4 * (i / 2) + (i & 1u), chord, &crosses);
+        if (crosses) sum += count;
+    }
+    return sum;
 }
 
 /* Midpoints on all split sides: new vertex of each, [sides]. */

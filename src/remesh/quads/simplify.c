@@ -3,6 +3,7 @@
 #include "base/mechanisms.h"
 #include "base/sort.h"
 #include "base/elementary.h"
+#include "geometry/chords.h"
 #include "geometry/quad_moves.h"
 
 #include <assert.h>
@@ -29,7 +30,8 @@ enum {
     DEPTH = 3,        /* moves of a chain */
     MAX_TRIALS = 500, /* of a chain, moves tried */
     LEAST_TRIALS = 8000,
-    TRIALS_A_QUAD = 2 /* of all chains, so that the time is bounded by the mesh */
+    TRIALS_A_QUAD = 2, /* of all chains, so that the time is bounded by the mesh */
+    LOOKS = 200        /* at all lines, likewise */
 };
 
 enum { MOVES = 1, CHAINS = 2 };
@@ -56,6 +58,10 @@ typedef struct simplifier {
     uint32_t *failed;    /* [sides] `kept` + 1 when the collapse that begins here last lost too much shape; 0: never */
     uint32_t *told;      /* [vertices], to work in */
     int64_t trials;      /* of chains, left */
+    uint32_t *chord;     /* [2 quads], to work in */
+    uint32_t crossing;   /* quads of chords that cross themselves, */
+    uint32_t would;      /* and with the moves at hand */
+    int looks;           /* at all of them, left */
     bool shapeless;      /* shapes may get worse for the sake of the count; no quad may flip */
     bool curveless;      /* sharp edges may be lost, too: vertices on two of them may become one */
 } simplifier;
@@ -365,6 +371,7 @@ static void tell_around(simplifier *s, const vertices *near)
 static bool refresh(simplifier *s, const vertices *near)
 {
     if (s->told) s->kept++, tell_around(s, near);
+    s->crossing = s->would;
     for (uint32_t i = 0; i < near->count; i++) {
         s->fresh[near->list[i]] = MOVES | CHAINS;
         forget_costs_around(s, near->list[i]);
@@ -372,12 +379,27 @@ static bool refresh(simplifier *s, const vertices *near)
     return true;
 }
 
-/* Keeps, smoothed, the moves made since `writes` if the shape allows them; otherwise undoes them. */
+/* Whether the moves made leave no more quads in chords that cross themselves: one irregular pair less may join most of
+   the chords to one. A doublet goes all the same. */
+static bool keeps_lines(simplifier *s, int32_t gain)
+{
+    assert(s->crossing <= 2 * s->e.mesh.face_count);
+    if (s->told || s->looks == 0) return true;
+    s->looks--;
+    s->would = qw_crossing_quads(&s->e.mesh, s->e.gone, s->chord);
+    return s->would <= s->crossing || gain <= -DOUBLET_GAIN;
+}
+
+/* Keeps, smoothed, the moves made since `writes` if lines and the shape allow them; otherwise undoes them. */
 static bool keep_or_undo(simplifier *s, size_t writes, const chain *c, int32_t gain, const uint32_t *changed,
                          uint32_t count)
 {
     assert(s->e.keeps_journal && writes <= s->e.writes);
     vertices core = {0};
+    if (!keeps_lines(s, gain)) {
+        qw_quad_edit_undo(&s->e, writes);
+        return false;
+    }
     s->round++;
     for (uint32_t i = 0; i < count; i++) add(s, &core, changed[i]);
     for (uint32_t i = 0, n = core.count; i < n; i++) add_neighbours(s, &core, core.list[i]);
@@ -512,6 +534,7 @@ static bool worth_a_try(simplifier *s, uint32_t v, uint8_t what)
 static void simplify(simplifier *s, qw_simplify_counts *counts)
 {
     bool any = true;
+    s->crossing = s->would = qw_crossing_quads(&s->e.mesh, s->e.gone, s->chord);
     for (int sweep = 0; sweep < MAX_SWEEPS && any; sweep++) {
         any = false;
         for (uint32_t v = 0; v < s->e.mesh.vertex_count; v++)
@@ -611,6 +634,7 @@ static simplifier make_simplifier(qw_env *env, const qw_quadmesh *mesh, const qw
     for (uint32_t v = 0; v < mesh->vertex_count; v++) s.cost[v] = UNKNOWN;
     s.fresh = QW_NEW(env, uint8_t, mesh->vertex_count);
     memset(s.fresh, MOVES | CHAINS, mesh->vertex_count);
+    s.chord = QW_NEW(env, uint32_t, 2 * (size_t)mesh->face_count), s.looks = LOOKS;
     s.trials = LEAST_TRIALS + (int64_t)TRIALS_A_QUAD * mesh->face_count;
     return s;
 }
