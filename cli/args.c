@@ -41,17 +41,6 @@ static bool same_text(const char *a, const char *b, bool fold)
 
 const char *const qw_format_words[] = {"auto", "obj", "ply", "off", "stl", "glb", "gltf", "msh", "vtu", "inp", "bdf"};
 
-static qw_status parse_format(parser *p, const char *value)
-{
-    for (int i = 0; i <= QW_FORMAT_BDF; i++)
-        if (same_text(value, qw_format_words[i], true)) {
-            p->out->format = (qw_format)i;
-            return QW_OK;
-        }
-    return refuse(p, QW_ARGUMENT, "--format must be obj, ply, off, stl, glb, gltf, msh, vtu, inp or bdf, not \"%.40s\"",
-                  value);
-}
-
 static qw_status parse_dump(parser *p, const char *value)
 {
     const char *colon = strchr(value, ':');
@@ -240,31 +229,25 @@ static qw_status parse_levels(parser *p, const char *value)
     return QW_OK;
 }
 
-static qw_status parse_field_per(parser *p, const char *value)
+/* One of the words of a switch, "a|b|c". */
+static qw_status parse_choice(parser *p, const qw_switch_row *row, const char *value)
 {
-    bool face = same_text(value, "face", true);
-    if (!face && !same_text(value, "vertex", true))
-        return refuse(p, QW_ARGUMENT, "--field-per must be vertex or face, not \"%.40s\"", value);
-    p->out->field_per = face ? QW_PER_FACE : QW_PER_VERTEX;
+    char words[64] = "", word[16];
+    int i = 0;
+    for (const char *at = row->value; *at; i++) {
+        size_t n = strcspn(at, "|"), used = strlen(words);
+        snprintf(word, sizeof word, "%.*s", (int)n, at);
+        if (same_text(value, word, true)) break;
+        at += n + (at[n] == '|');
+        snprintf(words + used, sizeof words - used, "%s%s", i == 0 ? "" : *at ? ", " : " or ", word);
+        if (!*at) return refuse(p, QW_ARGUMENT, "--%s must be %s, not \"%.40s\"", row->name, words, value);
+    }
+    if (row->id == SWITCH_FORMAT) p->out->format = (qw_format)(i + 1);
+    if (row->id == SWITCH_FIELD_PER) p->out->field_per = i ? QW_PER_FACE : QW_PER_VERTEX;
+    if (row->id == SWITCH_NORMALS) p->out->normals = (qw_normals)i;
+    if (row->id == SWITCH_PATCHES_FROM) p->out->blocks = i;
+    if (row->id == SWITCH_COLOR) p->out->follow = !i, p->out->own_colours = i;
     return QW_OK;
-}
-
-static qw_status parse_normals(parser *p, const char *value)
-{
-    static const char *const names[] = {"input", "none", "smooth", "split"}; /* as qw_normals has them */
-    for (int i = 0; i < 4; i++)
-        if (same_text(value, names[i], true)) {
-            p->out->normals = (qw_normals)i;
-            return QW_OK;
-        }
-    return refuse(p, QW_ARGUMENT, "--normals must be input, none, smooth or split, not \"%.40s\"", value);
-}
-
-static qw_status parse_patches_from(parser *p, const char *value)
-{
-    p->out->blocks = same_text(value, "blocks", true);
-    if (p->out->blocks || same_text(value, "quads", true)) return QW_OK;
-    return refuse(p, QW_ARGUMENT, "--patches-from must be quads or blocks, not \"%.40s\"", value);
 }
 
 static qw_status parse_sharp(parser *p, const char *value)
@@ -304,14 +287,6 @@ static qw_status parse_memory(parser *p, const char *value)
     return QW_OK;
 }
 
-static qw_status parse_color(parser *p, const char *value)
-{
-    p->out->follow = same_text(value, "follow", true);
-    p->out->own_colours = same_text(value, "own", true);
-    if (p->out->follow || p->out->own_colours) return QW_OK;
-    return refuse(p, QW_ARGUMENT, "--color must be follow or own, not \"%.40s\"", value);
-}
-
 /* Switches without a value: what is true where they are given; NULL: another kind. */
 static bool *flag_of(qw_arguments *out, qw_switch_id id)
 {
@@ -324,6 +299,7 @@ static bool *flag_of(qw_arguments *out, qw_switch_id id)
     case SWITCH_QUIET: return &out->quiet;
     case SWITCH_VERBOSE: return &out->verbose;
     case SWITCH_LINES: return &out->lines;
+    case SWITCH_CLOSED: return &out->closed;
     case SWITCH_RETRY: return &out->retry;
     case SWITCH_FORCE: return &out->force;
     default: return NULL;
@@ -355,18 +331,18 @@ static qw_status parse_value(parser *p, const qw_switch_row *row, const char *va
     qw_arguments *out = p->out;
     switch (row->id) {
     case SWITCH_INPUT: return set_input(p, value);
-    case SWITCH_FORMAT: return parse_format(p, value);
     case SWITCH_KEEP: return parse_keep(p, value);
-    case SWITCH_FIELD_PER: return parse_field_per(p, value);
     case SWITCH_BAKE: return parse_bake(p, value);
-    case SWITCH_NORMALS: return parse_normals(p, value);
-    case SWITCH_PATCHES_FROM: return parse_patches_from(p, value);
     case SWITCH_LEVELS: return parse_levels(p, value);
     case SWITCH_DUMP_STAGE: return parse_dump(p, value);
     case SWITCH_WIDTH: return parse_whole(p, row->name, value, 16, 16384, &out->width);
     case SWITCH_HEIGHT: return parse_whole(p, row->name, value, 16, 16384, &out->height);
     case SWITCH_VIEWS: return parse_whole(p, row->name, value, 1, 6, &out->views);
-    case SWITCH_COLOR: return parse_color(p, value);
+    case SWITCH_FORMAT:
+    case SWITCH_FIELD_PER:
+    case SWITCH_NORMALS:
+    case SWITCH_PATCHES_FROM:
+    case SWITCH_COLOR: return parse_choice(p, row, value);
     case SWITCH_CHORD: return parse_whole(p, row->name, value, 1, INT32_MAX, &out->chord);
     case SWITCH_AZIMUTH: return parse_whole(p, row->name, value, -360, 360, &out->azimuth);
     case SWITCH_ELEVATION: return parse_whole(p, row->name, value, -90, 90, &out->elevation);

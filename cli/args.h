@@ -63,7 +63,7 @@ typedef struct qw_arguments {
     bool blocks;                                /* remesh: of large patches */
     bool limit;                                 /* measure, render: the limit surface */
     const char *coarse;                         /* remesh: file for what was split; may be NULL */
-    bool follow, own_colours, lines;            /* render: what is drawn of the faces */
+    bool follow, own_colours, lines, closed;    /* render: what is drawn of the faces */
     int64_t chord;                              /* render: 1 is the longest; 0: not given */
     int64_t azimuth, elevation;                 /* render: degrees, of the first view, or QW_UNSET_ANGLE */
     size_t memory_limit;                        /* remesh, batch: bytes; 0: none */

@@ -212,7 +212,8 @@ static qw_status begin(making *k, const qw_host *host)
     qw_status status = said(k, qw_set_mesh(k->context, &input));
     uint32_t count;
     const qw_attribute *attributes = qw_mesh_attributes(k->mesh, &count);
-    if (status == QW_OK && !a->bare) status = said(k, qw_set_motion(k->context, attributes, count));
+    if (status == QW_OK && !a->bare && a->options.follow_motion > 0)
+        status = said(k, qw_set_motion(k->context, attributes, count));
     if (status == QW_OK && a->density) status = qw_paint_density(k->context, k->mesh, a->density, k->message, k->size);
     return status;
 }

@@ -5,6 +5,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 void batch_free(batch_list *list)
 {
@@ -127,26 +128,45 @@ static bool add_other(batch_list *list, const char *name)
     return list->other[list->others++] != NULL;
 }
 
+static bool ends(const char *name, const char *ending)
+{
+    size_t n = strlen(name), length = strlen(ending);
+    return n > length && strcasecmp(name + n - length, ending) == 0;
+}
+
 /* Points count too, which are wrapped. */
 static bool is_mesh_name(const char *name)
 {
     static const char *const endings[] = {".obj", ".ply", ".off", ".stl", ".glb", ".gltf", ".xyz", ".pts", ".pcd"};
-    size_t n = strlen(name);
-    for (size_t i = 0; i < sizeof endings / sizeof *endings; i++) {
-        size_t length = strlen(endings[i]);
-        bool is_same = n > length;
-        for (size_t k = 0; k < length && is_same; k++) {
-            char c = name[n - length + k];
-            is_same &= (c >= 'A' && c <= 'Z' ? (char)(c + 32) : c) == endings[i][k];
-        }
-        if (is_same) return true;
-    }
+    for (size_t i = 0; i < sizeof endings / sizeof *endings; i++)
+        if (ends(name, endings[i])) return true;
     return false;
 }
 
-static bool is_same_file(const struct stat *a, const struct stat *b)
+typedef struct identity {
+    dev_t device;
+    ino_t number;
+} identity;
+
+static int by_identity(const void *a, const void *b)
 {
-    return a->st_dev == b->st_dev && a->st_ino == b->st_ino;
+    const identity *x = a, *y = b;
+    if (x->device != y->device) return x->device < y->device ? -1 : 1;
+    return x->number < y->number ? -1 : x->number > y->number;
+}
+
+static bool identify(const char *path, identity *it)
+{
+    struct stat s;
+    if (stat(path, &s) != 0) return false;
+    *it = (identity){s.st_dev, s.st_ino};
+    return true;
+}
+
+static bool is_same_file(const char *a, const char *b)
+{
+    identity x, y;
+    return identify(a, &x) && identify(b, &y) && by_identity(&x, &y) == 0;
 }
 
 enum { DEEPEST = 32 }; /* folders within folders; links may lead in circles */
@@ -154,9 +174,9 @@ enum { DEEPEST = 32 }; /* folders within folders; links may lead in circles */
 /* All meshes below a folder, but for those in the output folder. */
 static bool add_folder(const qw_arguments *a, batch_list *list, const char *path, const char *name, int depth)
 {
-    struct stat here, out;
+    struct stat here;
     if (depth > DEEPEST || stat(path, &here) != 0) return true;
-    if (stat(a->output, &out) == 0 && is_same_file(&here, &out)) return true;
+    if (is_same_file(path, a->output)) return true;
     DIR *folder = opendir(path);
     if (!folder) return false;
     bool is_whole = true;
@@ -204,9 +224,7 @@ static int sort(batch_list *list)
     for (size_t i = 0; i < list->count; i++) {
         batch_model m = list->model[i], *last = kept > 0 ? &list->model[kept - 1] : NULL;
         if (last && strcmp(last->name, m.name) == 0) {
-            struct stat a, b;
-            bool is_same = strcmp(last->input, m.input) == 0 ||
-                           (stat(last->input, &a) == 0 && stat(m.input, &b) == 0 && is_same_file(&a, &b));
+            bool is_same = strcmp(last->input, m.input) == 0 || is_same_file(last->input, m.input);
             char message[512];
             snprintf(message, sizeof message, "%.200s and %.200s would both become %.60s", last->input, m.input,
                      m.name);
@@ -220,28 +238,6 @@ static int sort(batch_list *list)
     }
     list->count = kept;
     return 0;
-}
-
-/* ---- inputs are spared */
-
-typedef struct identity {
-    dev_t device;
-    ino_t number;
-} identity;
-
-static int by_identity(const void *a, const void *b)
-{
-    const identity *x = a, *y = b;
-    if (x->device != y->device) return x->device < y->device ? -1 : 1;
-    return x->number < y->number ? -1 : x->number > y->number;
-}
-
-static bool identify(const char *path, identity *it)
-{
-    struct stat s;
-    if (stat(path, &s) != 0) return false;
-    *it = (identity){s.st_dev, s.st_ino};
-    return true;
 }
 
 /* A list may name quads of an earlier batch, over which this one would write; the exit code. */
@@ -275,10 +271,11 @@ int batch_find(const qw_arguments *a, batch_list *list)
         snprintf(message, sizeof message, "%.400s: %s", a->input, strerror(errno));
         return qw_complain(QW_FILE_MISSING, message);
     }
-    if (!is_stdin && !S_ISDIR(s.st_mode) && is_mesh_name(a->input)) {
+    bool is_step = ends(a->input, ".step") || ends(a->input, ".stp");
+    if (!is_stdin && !S_ISDIR(s.st_mode) && (is_step || is_mesh_name(a->input))) {
         snprintf(message, sizeof message,
-                 "%.400s is a model: a batch takes a folder of models, or a file with the name of one on each line",
-                 a->input);
+                 "%.300s is a model%s: a batch takes a folder of models, or a file with the name of one on each line",
+                 a->input, is_step ? ", of which gmsh FILE.step -2 -o FILE.stl makes one that can be read" : "");
         return qw_complain(QW_ARGUMENT, message);
     }
     if (!is_stdin && S_ISDIR(s.st_mode)) {

@@ -3,6 +3,7 @@
 #include "base/platform.h"
 #include "system.h"
 
+#include <math.h>
 #include <stdio.h>
 
 enum { BAR_CELLS = 30 };
@@ -15,6 +16,7 @@ void qw_meter_begin(qw_meter *meter, bool quiet, double limit)
                         .terminal = qw_is_terminal(),
                         .stage = -1,
                         .percent = -1,
+                        .phases = 1,
                         .begin = qw_seconds_now()};
 }
 
@@ -38,7 +40,9 @@ int qw_meter_progress(void *user, qw_stage stage, double fraction)
     if (qw_interrupted()) return 1;
     if (meter->limit > 0 && qw_seconds_now() - meter->begin > meter->limit) meter->late = true;
     if (meter->late) return 1;
-    int percent = (int)(100 * fraction);
+    if (fraction < meter->fraction && meter->phase + 1 < meter->phases) meter->phase++;
+    meter->fraction = fraction;
+    int percent = (int)fmax(meter->percent, 100 * (meter->phase + fraction) / meter->phases);
     if (meter->quiet || meter->ended) return 0;
     if (meter->terminal) draw_bar(meter, stage, percent, qw_seconds_now());
     return 0;

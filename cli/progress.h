@@ -12,6 +12,8 @@ typedef struct qw_meter {
     bool quiet, terminal;
     int stage;           /* last one shown, -1 before the first */
     int percent;         /* last one shown */
+    int phase, phases;   /* what the fraction is of, as it begins anew with texture coordinates and with maps */
+    double fraction;     /* last one told */
     double begin, shown; /* seconds of the monotonic clock */
     double limit;        /* seconds after which the run is cancelled; 0: none */
     bool late;           /* it was, for that */

@@ -174,12 +174,13 @@ static qw_status save_all(session *s)
 
 /* ---- the report */
 
-/* The reader's warnings, for the report and the summary: the library's own begin with the first stage. */
+/* The reader's warnings, and what is said while files are written, for the report and the summary: the library's own
+   begin with the first stage. */
 static void take_note(void *user, qw_log_level level, const char *message)
 {
     session *s = user;
     if (s->arguments->verbose) say_everything(NULL, level, message);
-    if (level != QW_LOG_WARNING || s->notes.count == QW_MOST_NOTES) return;
+    if (level < (s->saving ? QW_LOG_INFO : QW_LOG_WARNING) || s->notes.count == QW_MOST_NOTES) return;
     qw_printable(s->notes.text[s->notes.count++], QW_NOTE_SIZE, message);
 }
 
@@ -191,7 +192,7 @@ static void say_first(const char *message)
     fprintf(stderr, "note: %s\n", shown);
 }
 
-/* What is warned of while files are written; other warnings are in the report. */
+/* What is said while files are written; other warnings are in the report. */
 static void take_writing(void *user, qw_log_level level, const char *message)
 {
     session *s = user;
@@ -209,6 +210,7 @@ static qw_status measure(session *s, qw_quality *quality, bool *is_measured)
                           .progress_user = &s->meter,
                           .memory_limit = a->memory_limit};
     qw_mesh_view quads, surface = qw_mesh_get(s->input);
+    qw_meter_end(&s->meter);
     *is_measured = qw_get_mesh(s->context, &quads) == QW_OK;
     if (!*is_measured) return QW_OK;
     qw_topology topology;
@@ -433,7 +435,8 @@ static qw_status work(session *s, qw_mesh **input)
         status = keep(s, qw_set_mesh(s->context, &view));
         uint32_t count;
         const qw_attribute *of_input = qw_mesh_attributes(*input, &count);
-        if (status == QW_OK && !a->bare) status = keep(s, qw_set_motion(s->context, of_input, count));
+        if (status == QW_OK && !a->bare && a->options.follow_motion > 0)
+            status = keep(s, qw_set_motion(s->context, of_input, count));
         if (status == QW_OK && a->density)
             status = qw_paint_density(s->context, *input, a->density, s->message, sizeof s->message);
         if (status == QW_OK) status = steer(s, *input);
@@ -446,9 +449,9 @@ static qw_status work(session *s, qw_mesh **input)
     }
     bool has_levels = a->level_count > 0;
     if (status == QW_OK) status = has_levels ? make_levels(s) : run_stages(s);
-    qw_meter_end(&s->meter);
     if (status == QW_OK && qw_interrupted()) status = QW_CANCELLED;
     if (status == QW_OK && !has_levels) status = write_results(s);
+    qw_meter_end(&s->meter);
     return explain(s, status);
 }
 
@@ -461,6 +464,7 @@ static qw_status run(session *s, qw_mesh **input)
                           .log = take_writing,
                           .log_user = s};
     qw_meter_begin(&s->meter, a->quiet, (double)a->time_limit);
+    s->meter.phases = (1 + (a->unwrap || a->bake) + a->bake) * (a->level_count > 0 ? (int)a->level_count : 1);
     qw_status status = qw_create(&host, &s->context);
     if (status == QW_OK) status = work(s, input);
     if (status == QW_OK && !a->quiet && a->output && a->level_count == 0)

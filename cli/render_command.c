@@ -21,6 +21,7 @@ static render_options options_of(const qw_arguments *a)
     if (a->views) options.views = (uint32_t)a->views;
     options.own_colours = a->own_colours;
     options.lines = a->lines;
+    options.closed = a->closed;
     options.chord = (uint32_t)a->chord;
     if (a->azimuth != QW_UNSET_ANGLE) options.azimuth = (double)a->azimuth;
     if (a->elevation != QW_UNSET_ANGLE) options.elevation = (double)a->elevation;

@@ -97,7 +97,8 @@ static const qw_switch_row switches[] = {
      "closed; implies --fit limit"},
     {SWITCH_PATCHES_FROM, REMESH, "patches-from", NULL, "quads|blocks", NULL, NULL,
      "with --patches: a patch a quad, or few large ones: one for each block of quads between the lines that leave "
-     "irregular vertices straight on"},
+     "irregular vertices straight on, or for all that hang together on one plane, cylinder or cone of the part; a note "
+     "says how many there are"},
     {SWITCH_COARSE, REMESH, "coarse", NULL, "FILE", NULL, NULL,
      "write there the quads that --subdivide has split: level 0 of the result"},
     {SWITCH_WIDTH, RENDER, "width", NULL, "N", NULL, NULL, "render: pixels across, 16 to 16384; 1600 unless given"},
@@ -112,6 +113,8 @@ static const qw_switch_row switches[] = {
      "render: draw the lines that leave irregular vertices straight on; they cut the quads into the patches that "
      "measure "
      "counts"},
+    {SWITCH_CLOSED, RENDER, "closed", NULL, NULL, NULL, NULL,
+     "render: draw the rings: loops of edges that go straight on, close and pass no vertex twice"},
     {SWITCH_CHORD, RENDER, "chord", NULL, "N", NULL, NULL,
      "render: colour one strip of quads, side by side; 1 is the worst: the longest of those that cross themselves, in "
      "red where it does, or "

@@ -41,6 +41,7 @@ typedef enum qw_switch_id {
     SWITCH_VIEWS,
     SWITCH_COLOR,
     SWITCH_LINES,
+    SWITCH_CLOSED,
     SWITCH_CHORD,
     SWITCH_AZIMUTH,
     SWITCH_ELEVATION,

@@ -56,6 +56,39 @@ static void broken_rows_are_left_out(void **state)
     }
 }
 
+/* Texture coordinates by vertices are written as those by corners are. */
+static void coordinates_of_vertices_are_written(void **state)
+{
+    (void)state;
+    static const double places[] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
+    static const float at[] = {0, 0, 0.5f, 0, 0.5f, 0.25f, 0, 0.25f};
+    static const uint32_t corners[] = {0, 1, 2, 0, 2, 3}, of[] = {0, 1, 2, 0, 2, 3};
+    const qw_mesh_view view = {.size = sizeof view,
+                               .vertex_count = 4,
+                               .face_count = 2,
+                               .uniform_face_size = 3,
+                               .positions = places,
+                               .corners = corners};
+    const qw_attribute uv = {.size = sizeof uv,
+                             .name = "uv",
+                             .domain = QW_PER_VERTEX,
+                             .kind = QW_UVS,
+                             .components = 2,
+                             .count = 4,
+                             .values = at};
+    static const char *const paths[] = {"vertices.obj", "vertices.ply"};
+    for (int i = 0; i < 2; i++) {
+        qw_mesh *mesh, *again;
+        assert_int_equal(qw_mesh_wrap(&view, &uv, 1, NULL, NULL, NULL, &mesh), QW_OK);
+        assert_int_equal(qw_mesh_save(mesh, paths[i], QW_FORMAT_AUTO), QW_OK);
+        assert_int_equal(qw_load(paths[i], NULL, &again), QW_OK);
+        const qw_attribute *found = named(again, "uv");
+        assert_true(found && found->domain == QW_PER_CORNER && found->count == 6);
+        for (size_t c = 0; c < 6; c++) assert_memory_equal(found->values + 2 * c, at + 2 * of[c], 2 * sizeof *at);
+        qw_mesh_destroy(mesh), qw_mesh_destroy(again);
+    }
+}
+
 static void ply_and_off_attributes_are_read(void **state)
 {
     (void)state;
@@ -423,7 +456,7 @@ QW_TEST_SUITE(attribute_files)
         cmocka_unit_test(attributes_may_stay_behind),        cmocka_unit_test(borders_are_kept_when_asked),
         cmocka_unit_test(wrapped_meshes_are_those_of_files), cmocka_unit_test(provenance_is_json),
         cmocka_unit_test(borders_of_vertices_of_their_own),  cmocka_unit_test(lost_labels_are_named),
-        cmocka_unit_test(hidden_labels_lie_inside),
+        cmocka_unit_test(hidden_labels_lie_inside),          cmocka_unit_test(coordinates_of_vertices_are_written),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

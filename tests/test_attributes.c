@@ -486,8 +486,9 @@ static void asking_can_be_cancelled(void **state)
     assert_int_equal(qw_create(&host, &context), QW_OK);
     assert_int_equal(qw_set_mesh(context, &view), QW_OK);
     assert_int_equal(qw_run(context, &options), QW_OK);
-    float *values = calloc(s.vertex_count, sizeof *values);
-    assert_non_null(values);
+    float *values = calloc(s.vertex_count, sizeof *values), *offset = calloc(s.vertex_count, 3 * sizeof *offset);
+    assert_true(values && offset);
+    for (uint32_t i = 0; i < 3 * s.vertex_count; i++) offset[i] = (float)s.position[i];
     qw_attribute a = of_vertices("a", QW_VALUES, 1, s.vertex_count, values);
     const qw_attribute *out;
     qw_provenance provenance;
@@ -502,11 +503,14 @@ static void asking_can_be_cancelled(void **state)
     assert_int_equal(qw_transfer(context, &a, 1, 0, &out, NULL), QW_CANCELLED);
     m = (impatience){.slow = 3, .cancels = true};
     assert_int_equal(qw_get_field(context, QW_PER_VERTEX, &field), QW_CANCELLED);
+    const qw_attribute target = of_vertices("target:wide", QW_VALUES, 3, s.vertex_count, offset);
+    m = (impatience){.slow = 3, .cancels = true};
+    assert_int_equal(qw_set_motion(context, &target, 1), QW_CANCELLED);
     m = (impatience){0};
     assert_int_equal(qw_get_field(context, QW_PER_VERTEX, &field), QW_OK);
     assert_int_equal(qw_transfer(context, &a, 1, 0, &out, NULL), QW_OK);
     assert_int_equal(qw_get_provenance(context, &provenance), QW_OK);
-    free(values);
+    free(values), free(offset);
     qw_destroy(context);
     shape_free(&s);
 }

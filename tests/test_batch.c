@@ -455,6 +455,8 @@ static void bad_command_lines(void **state)
     (void)state;
     assert_int_equal(shell(TOOL "batch one.obj --out out 2> stderr"), 2);
     assert_int_equal(shell("grep -q 'one.obj is a model: a batch takes a folder' stderr"), 0);
+    assert_int_equal(shell("echo 'ISO-10303-21;' > part.STP && " TOOL "batch part.STP --out out 2> stderr"), 2);
+    assert_int_equal(shell("grep -q 'gmsh FILE.step -2 -o FILE.stl' stderr"), 0);
     assert_int_equal(shell(TOOL "batch 2> stderr"), 2);
     assert_int_equal(shell(TOOL "batch models 2> stderr && exit 99; grep -q -- '--out FOLDER is required' stderr"), 0);
     assert_int_equal(shell(TOOL "batch nothing --out out 2> stderr"), 4);

@@ -234,6 +234,8 @@ static void without_effect(void **state)
     assert_non_null(strstr(tool("sheet.obj -o idle.obj --symmetry-x 1")->err, "without symmetry plane"));
     assert_null(strstr(tool("sheet.obj -o idle.obj --symmetry 1,0,0,0.5")->err, "no effect"));
     assert_non_null(strstr(tool("sheet.obj -o idle.obj --patches-from blocks")->err, "without --patches"));
+    assert_non_null(strstr(tool("sheet.obj -o idle.obj --patches idle.step --patches-from blocks")->err,
+                           "note: the STEP file has "));
     assert_null(strstr(tool("sheet.obj -o idle.obj --texture 512 --quiet")->err, "no effect"));
     assert_non_null(
         strstr(tool("sheet.obj -o idle.obj --edge-length 50")->err, "edges of 50 were asked for, longer than"));

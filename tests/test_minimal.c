@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "random.h"
 #include "suite.h"
 
 #include "torture_shapes.h"
@@ -28,14 +29,13 @@ static qw_trimesh surface_of(qw_env *env, const shape *s)
     return m;
 }
 
-/* How many quads a shape gets, where these are to be the fewest; checks what is made. */
-static uint32_t fewest_of(shape s)
+/* How many quads a shape gets by a plan; checks what is made. */
+static uint32_t made_of(shape s, qw_straight plan)
 {
     qw_env *env = qw_env_create(NULL, 1);
     qw_scope_begin(env);
     qw_trimesh m = surface_of(env, &s);
     qw_census census = qw_trimesh_census(env, &m);
-    const qw_straight plan = {1, 1, INFINITY, QW_NOT_FLIPPED, true};
     qw_flip worst;
     qw_quadmesh q = qw_make_straight(env, &m, &plan, &worst);
     if (q.face_count > 0) {
@@ -51,6 +51,8 @@ static uint32_t fewest_of(shape s)
     return q.face_count;
 }
 
+static uint32_t fewest_of(shape s) { return made_of(s, (qw_straight){1, 1, INFINITY, QW_NOT_FLIPPED, true}); }
+
 static void makes_discs_and_spheres(void **state)
 {
     (void)state;
@@ -62,6 +64,36 @@ static void makes_discs_and_spheres(void **state)
     assert_int_equal(fewest_of(shape_disc(4)), 1);
     assert_int_equal(fewest_of(shape_torus(4)), 0);
     assert_int_equal(fewest_of(shape_annulus(4)), 0);
+}
+
+/* Three rings of four vertices, as far from the axis as `seed` says, and two ends. */
+static shape lump(uint64_t *seed)
+{
+    shape s = {14, 24, malloc(42 * sizeof(double)), malloc(72 * sizeof(uint32_t))};
+    for (uint32_t v = 0; v < 12; v++) {
+        double far = (v / 4 == 1 ? 1 : 0.8) * (0.6 + 0.6 * (double)(random_bits(seed) >> 11) / 0x1p53);
+        double *p = s.position + 3 * (size_t)v;
+        p[0] = v % 2 ? 0 : v % 4 ? -far : far, p[1] = v % 2 ? v % 4 == 1 ? far : -far : 0, p[2] = 0.6 * (v / 4) - 0.6;
+    }
+    const double ends[6] = {0, 0, -1.1, 0, 0, 1.1};
+    memcpy(s.position + 36, ends, sizeof ends);
+    for (uint32_t k = 0; k < 4; k++) {
+        const uint32_t n = (k + 1) % 4, strip[18] = {12,    n,     k,     k,     n,     n + 4, k,  n + 4, k + 4,
+                                                     k + 4, n + 4, n + 8, k + 4, n + 8, k + 8, 13, k + 8, n + 8};
+        memcpy(s.corner + 18 * (size_t)k, strip, sizeof strip);
+    }
+    return s;
+}
+
+/* A sphere of four or five quads has vertices of two edges, and would be withheld in the end. */
+static void spheres_have_six_quads(void **state)
+{
+    (void)state;
+    uint64_t seed = 7;
+    for (int i = 0; i < 500; i++) {
+        uint32_t n = made_of(lump(&seed), (qw_straight){6, 1, INFINITY, QW_NOT_FLIPPED, false});
+        assert_true(n == 0 || n >= 6);
+    }
 }
 
 /* The quads of a cube are its sides, facing out; of one that is inside out they face in. */
@@ -121,6 +153,7 @@ QW_TEST_SUITE(minimal)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(makes_discs_and_spheres),
+        cmocka_unit_test(spheres_have_six_quads),
         cmocka_unit_test(keeps_the_side),
         cmocka_unit_test(takes_the_burden_from_the_stages),
     };

@@ -134,7 +134,9 @@ static void motion_is_the_gradient(void **state)
     qw_clean_input input = {
         .vertex_count = n, .face_count = s.face_count, .position = s.position, .face_begin = begin, .corner = s.corner};
     qw_attribute target = {.size = sizeof target, .name = "target:up", .components = 3, .count = n, .values = values};
-    qw_vec3 *motion = qw_motion_of_faces(env, &input, &target, 1);
+    double *largest = qw_largest_offsets(env, &input, &target, 1);
+    assert_float_equal(largest[0], 5, 1e-6);
+    qw_vec3 *motion = qw_motion_of_faces(env, &input, &target, 1, largest);
     for (uint32_t f = 0; f < s.face_count; f++) {
         double a[3], b[3], normal[3];
         for (int k = 0; k < 3; k++) {
@@ -148,7 +150,9 @@ static void motion_is_the_gradient(void **state)
         assert_true(off < 1e-4f);
     }
     target.name = "other"; /* no target: nothing moves */
-    assert_null(qw_motion_of_faces(env, &input, &target, 1));
+    largest = qw_largest_offsets(env, &input, &target, 1);
+    assert_true(largest[0] == 0);
+    assert_null(qw_motion_of_faces(env, &input, &target, 1, largest));
     qw_env_destroy(env);
     shape_free(&s);
 }
@@ -180,6 +184,10 @@ static void wrong_motion_is_refused(void **state)
     assert_int_equal(qw_get_mesh(context, &quads), QW_NOT_READY);
     run(context, &options);
     assert_int_equal(qw_get_report(context)->nests, 1);
+    options.faces = 60; /* six quads go around, but three rings have no room along it */
+    run(context, &options);
+    assert_int_equal(qw_get_report(context)->nests, 0);
+    options.faces = 500;
     assert_int_equal(qw_set_motion(context, NULL, 0), QW_OK);
     assert_int_equal(run(context, &options).face_count, faces);
     assert_int_equal(qw_get_report(context)->nests, 0);

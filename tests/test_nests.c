@@ -91,6 +91,7 @@ static void necks_are_found(void **state)
         uint32_t necks;
     } rows[] = {{0, 0, 0.1f, 1, 0},       /* a ball has none */
                 {5, 0.6f, 0.1f, 1, 5},    /* one a rod */
+                {5, -0.6f, 0.1f, 1, 5},   /* one a pit */
                 {5, 0.6f, 0.1f, 0.3, 0},  /* which are not that long */
                 {5, 0.6f, 0.25f, 1, 0},   /* no six quads fit around */
                 {5, 0.05f, 0.05f, 1, 0}}; /* hardly bumps */
@@ -99,7 +100,7 @@ static void necks_are_found(void **state)
         qw_trimesh m = ball_with_rods(env, rows[i].rods, rows[i].height);
         float *size = QW_NEW(env, float, m.vertex_count);
         for (uint32_t v = 0; v < m.vertex_count; v++) size[v] = rows[i].size;
-        qw_necks necks = qw_find_necks(env, &m, qw_bvh_build(env, &m), size, rows[i].strength);
+        qw_necks necks = qw_find_necks(env, &m, qw_bvh_build(env, &m), size, false, rows[i].strength);
         if (necks.count != rows[i].necks) fail_msg("row %zu: %u necks", i, necks.count);
         for (uint32_t k = 0; k < necks.count; k++) {
             assert_true(k == 0 || necks.ratio[k] >= necks.ratio[k - 1]);
@@ -107,6 +108,7 @@ static void necks_are_found(void **state)
             for (uint32_t v = necks.begin[k]; v + 1 < necks.begin[k + 1]; v++) middle = qw_add(middle, necks.point[v]);
             float off = qw_length(middle) / (float)(necks.begin[k + 1] - necks.begin[k] - 1);
             assert_true(off > 0.5f && off < 1.5f); /* it goes around a rod */
+            assert_int_equal(necks.is_pocket[k], rows[i].height < 0);
         }
         qw_env_destroy(env);
     }
@@ -289,12 +291,16 @@ static void a_socket_gets_rings_by_itself(void **state)
     qw_options options;
     qw_context *context = context_with(&s, 3000, &options);
     options.rings = 1;
-    if (qw_run(context, &options) != QW_OK) fail_msg("%s", qw_message(context));
-    assert_int_equal(qw_get_report(context)->nests, 1);
-    qw_get_mesh(context, &quads);
-    uint32_t edges, found = count_rings(&quads, 1, &edges);
-    printf("a socket: %u rings of up to %u edges\n", found, edges);
-    assert_true(found >= 3);
+    for (int halved = 0; halved < 2; halved++) { /* the plane y = 0 cuts the socket */
+        options.symmetry = halved ? QW_SYMMETRY_Y : QW_SYMMETRY_NONE;
+        if (qw_run(context, &options) != QW_OK) fail_msg("%s", qw_message(context));
+        assert_int_equal(qw_get_report(context)->symmetric, halved);
+        assert_int_equal(qw_get_report(context)->nests, 1);
+        qw_get_mesh(context, &quads);
+        uint32_t edges, found = count_rings(&quads, 1, &edges);
+        printf("a socket, %d: %u rings of up to %u edges\n", halved, found, edges);
+        assert_true(found >= 3);
+    }
     qw_destroy(context);
     shape_free(&s);
 }

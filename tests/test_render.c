@@ -174,7 +174,7 @@ static qw_mesh_view roof(void)
                           .corners = corners};
 }
 
-/* Angles of a roof; a strip around a cube; lines along the edges of a cube. */
+/* Angles of a roof; a strip and rings around a cube; lines along the edges of a cube. */
 static void test_paint(void **state)
 {
     (void)state;
@@ -196,6 +196,11 @@ static void test_paint(void **state)
     image lines = render(&panel, 1, &o);
     static const uint8_t line[3] = {0, 60, 170};
     assert_true(count_hue(lines, line) > 200 && count_hue(plain, line) == 0);
+    o.lines = false, o.closed = true;
+    static const uint8_t green[3] = {0, 158, 92};
+    image rings = render(&panel, 1, &o);
+    assert_true(count_hue(rings, green) > 200 && count_hue(plain, green) == 0);
+    stbi_image_free(rings.rgb);
     stbi_image_free(plain.rgb), stbi_image_free(angles.rgb), stbi_image_free(strip.rgb), stbi_image_free(lines.rgb);
 }
 

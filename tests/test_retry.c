@@ -277,6 +277,22 @@ static void crowds_of_cones_end_early(void **state)
     PLAY(USUAL, {SIMPLIFY(.faces = 1900), QW_RETRY_FACE_COUNT, 0}, {INVERSIONS(.inverted = 3), QW_RETRY_INVERTED, 1});
 }
 
+/* Where thousands of components need much of a large count: no round for flipped quads, one other size. */
+static void crowds_of_components_end_early(void **state)
+{
+    (void)state;
+    qw_request leaves = USUAL, few = USUAL;
+    leaves.faces_wanted = few.faces_wanted = 60000, leaves.faces_needed = 40000;
+    const qw_verdict flipped = {.flipped = 60, .places = 9}, bare = {.uncovered = 60, .places = 9};
+    PLAY(leaves, {QW_STAGE_RELAX, flipped, QW_NO_RETRY, 0});
+    PLAY(leaves, {QW_STAGE_RELAX, bare, QW_RETRY_COVERAGE, 0});
+    PLAY(few, {QW_STAGE_RELAX, flipped, QW_RETRY_COVERAGE, 0});
+    PLAY(leaves, {SIMPLIFY(.faces = 90000, .topology_lost = 1), QW_RETRY_FACE_COUNT, 0},
+         {SIMPLIFY(.faces = 80000, .topology_lost = 1), QW_NO_RETRY, 1});
+    PLAY(leaves, {SIMPLIFY(.faces = 90000), QW_RETRY_FACE_COUNT, 0},
+         {SIMPLIFY(.faces = 80000), QW_RETRY_FACE_COUNT, 1});
+}
+
 /* Where room for protrusions left long quads or not all of them, they grow out of fewer quads, once; the attempt that
    leaves less is taken, and later rounds keep the quads for them. */
 static void protrusions_grow_out_of_fewer_quads(void **state)
@@ -463,6 +479,7 @@ QW_TEST_SUITE(retry)
         cmocka_unit_test(the_best_round_is_taken),
         cmocka_unit_test(rounds_are_bounded),
         cmocka_unit_test(crowds_of_cones_end_early),
+        cmocka_unit_test(crowds_of_components_end_early),
         cmocka_unit_test(protrusions_grow_out_of_fewer_quads),
         cmocka_unit_test(a_round_looks_for_its_own_size),
         cmocka_unit_test(sides_apart_ask_for_room_and_planes),

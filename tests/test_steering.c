@@ -493,6 +493,27 @@ static void guides_off_the_surface_are_refused(void **state)
     shape_free(&s);
 }
 
+static bool cells_of_a_diagonal(int x, int y, int z) { return x == y && y == z; }
+
+/* Two cubes that touch at a corner: there is a vertex of either, and a guide may begin with an edge of any. */
+static void guides_leave_a_corner_on_either_sheet(void **state)
+{
+    (void)state;
+    shape s = shape_of_cells(2, 2, 2, 1, cells_of_a_diagonal);
+    qw_mesh_view view = shape_view(&s);
+    for (int i = 0; i < 6; i++) {
+        double ends[2][3] = {{1, 1, 1}, {1, 1, 1}};
+        ends[1][i / 2] += i % 2 ? 1 : -1;
+        const qw_guide guide = {sizeof guide, QW_GUIDE_LOOP, 0, 2, ends[0], 0};
+        qw_context *context = context_with(&view);
+        assert_int_equal(qw_set_guides(context, &guide, 1), QW_OK);
+        run(context, 200);
+        assert_true(qw_get_report(context)->guide_off >= 0 && qw_get_report(context)->guide_off < 0.1);
+        qw_destroy(context);
+    }
+    shape_free(&s);
+}
+
 /* A run that is taken up from a dump goes on with the field and the guides. */
 static void a_dump_holds_both(void **state)
 {
@@ -525,12 +546,19 @@ static void a_dump_holds_both(void **state)
 QW_TEST_SUITE(steering)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(quads_follow_a_field),       cmocka_unit_test(a_field_may_be_silent),
-        cmocka_unit_test(a_field_comes_back),         cmocka_unit_test(directions_are_unit_tangents),
-        cmocka_unit_test(a_guide_is_a_loop_of_edges), cmocka_unit_test(a_guide_gives_a_direction),
-        cmocka_unit_test(guides_come_from_a_file),    cmocka_unit_test(rings_come_from_a_file),
-        cmocka_unit_test(wrong_guides_are_refused),   cmocka_unit_test(guides_off_the_surface_are_refused),
-        cmocka_unit_test(wrong_fields_are_refused),   cmocka_unit_test(a_dump_holds_both),
+        cmocka_unit_test(quads_follow_a_field),
+        cmocka_unit_test(a_field_may_be_silent),
+        cmocka_unit_test(a_field_comes_back),
+        cmocka_unit_test(directions_are_unit_tangents),
+        cmocka_unit_test(a_guide_is_a_loop_of_edges),
+        cmocka_unit_test(a_guide_gives_a_direction),
+        cmocka_unit_test(guides_come_from_a_file),
+        cmocka_unit_test(rings_come_from_a_file),
+        cmocka_unit_test(wrong_guides_are_refused),
+        cmocka_unit_test(guides_off_the_surface_are_refused),
+        cmocka_unit_test(wrong_fields_are_refused),
+        cmocka_unit_test(a_dump_holds_both),
+        cmocka_unit_test(guides_leave_a_corner_on_either_sheet),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

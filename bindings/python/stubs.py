@@ -135,7 +135,7 @@ import os
 from collections.abc import Sequence
 from typing import Any, Literal
 
-def remesh_many(paths: Sequence[str | os.PathLike[str]], out: str | os.PathLike[str], /, *, client: Any, retries: int = ..., format: str = ..., preset: Literal[{presets}] | None = ..., unwrap: bool = ..., bake: str | Sequence[str] | None = ...,{options}
+def remesh_many(paths: Sequence[str | os.PathLike[str]], out: str | os.PathLike[str], /, *, client: Any, retries: int = ..., format: str = ..., preset: Literal[{presets}] | None = ..., time_limit: float | None = ..., unwrap: bool = ..., bake: str | Sequence[str] | None = ...,{options}
                 ) -> list[dict[str, Any]]: ...
 '''
 TYPES = {"count": "int | float | None", "real": "float | None", "flag": "bool | None"}

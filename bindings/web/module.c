@@ -310,8 +310,9 @@ int EXPORT(web_run)(session *s)
         return fail(s, QW_NO_FACES, "there are points and no faces: they become a surface with the option wrap");
     uint32_t count = 0;
     const qw_attribute *of_input = attributes_of_input(s, &count);
-    qw_status status = s->is_moving ? QW_OK : qw_set_motion(s->context, of_input, count);
-    s->is_moving = status == QW_OK;
+    bool is_new = s->options.follow_motion > 0 && !s->is_moving;
+    qw_status status = is_new ? qw_set_motion(s->context, of_input, count) : QW_OK;
+    s->is_moving |= is_new && status == QW_OK;
     return settle(s, status == QW_OK ? qw_run(s->context, &s->options) : status);
 }
 

@@ -1,6 +1,7 @@
 /* The public functions over files and measures. Each makes an environment of its own, so that they can be called
  * without a context and from any thread; a loaded mesh keeps its environment, which owns its arrays and its message. */
 #include "products/attributes/transfer.h"
+#include "products/limit/cage.h"
 #include "base/hash.h"
 #include "base/mesh_view.h"
 #include "api/loaded.h"
@@ -20,7 +21,8 @@ typedef struct load_job {
     const char *path;  /* NULL: bytes */
     const void *bytes; /* byte[size] */
     size_t size;
-    const qw_mesh_view *view; /* of the caller, to be wrapped, as what follows */
+    const qw_mesh_view *view; /* of the caller, to be wrapped, as what follows, or split so many times */
+    uint32_t times;
     const qw_attribute *attributes;
     uint32_t attribute_count;
     const char *library;
@@ -142,6 +144,18 @@ static void wrap_body(void *user)
     if (job->source && !job->library) mesh->library = job->source->library;
 }
 
+static void limit_body(void *user)
+{
+    load_job *job = user;
+    qw_require_view(job->env, job->view, "mesh");
+    qw_require_moderate(job->env, job->view, "mesh");
+    if (job->times > QW_MOST_SPLITS)
+        qw_fail(job->env, QW_ARGUMENT, -1, "%u times are more than the %d that quads can be split", job->times,
+                QW_MOST_SPLITS);
+    job->mesh->view = qw_limit_of_cage(job->env, job->view, job->times);
+    job->mesh->is_whole = true;
+}
+
 static qw_status make_mesh(load_job job, void (*body)(void *user), const qw_host *host, qw_mesh **mesh)
 {
     *mesh = NULL;
@@ -191,6 +205,11 @@ qw_status qw_mesh_wrap(const qw_mesh_view *view, const qw_attribute *attributes,
     load_job job = {
         .view = view, .attributes = attributes, .attribute_count = count, .library = library, .source = source};
     return mesh ? make_mesh(job, wrap_body, host, mesh) : QW_ARGUMENT;
+}
+
+qw_status qw_limit(const qw_mesh_view *cage, uint32_t times, const qw_host *host, qw_mesh **limit)
+{
+    return limit ? make_mesh((load_job){.view = cage, .times = times}, limit_body, host, limit) : QW_ARGUMENT;
 }
 
 qw_mesh_view qw_mesh_get(const qw_mesh *mesh)

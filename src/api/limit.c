@@ -1,59 +1,12 @@
 /* The public functions over subdivision surfaces. */
 #include "api/context.h"
-#include "api/loaded.h"
-#include "base/mesh_view.h"
 #include "whole/kept_rims.h"
-#include "products/limit/cage.h"
 #include "products/limit/patch_blocks.h"
 #include "products/limit/patch_faces.h"
 #include "products/limit/patches.h"
 #include "run/stages/designed.h"
 
 #include <string.h>
-
-typedef struct limit_call {
-    qw_env *env;
-    const qw_mesh_view *cage;
-    uint32_t times;
-    qw_mesh *mesh;
-} limit_call;
-
-static void make_mesh(void *user)
-{
-    limit_call *call = user;
-    call->mesh = QW_NEW_ZERO(call->env, qw_mesh, 1);
-    call->mesh->env = call->env, call->mesh->view.size = sizeof call->mesh->view;
-}
-
-static void find_limit(void *user)
-{
-    limit_call *call = user;
-    qw_require_view(call->env, call->cage, "mesh");
-    qw_require_moderate(call->env, call->cage, "mesh");
-    if (call->times > QW_MOST_SPLITS)
-        qw_fail(call->env, QW_ARGUMENT, -1, "%u times are more than the %d that quads can be split", call->times,
-                QW_MOST_SPLITS);
-    call->mesh->view = qw_limit_of_cage(call->env, call->cage, call->times);
-    call->mesh->is_whole = true;
-}
-
-qw_status qw_limit(const qw_mesh_view *cage, uint32_t times, const qw_host *host, qw_mesh **limit)
-{
-    if (!limit) return QW_ARGUMENT;
-    *limit = NULL;
-    limit_call call = {.env = qw_env_create(host, 0), .cage = cage, .times = times};
-    if (!call.env) return QW_MEMORY;
-    if (qw_protect(call.env, make_mesh, &call) != QW_OK) {
-        qw_env_destroy(call.env);
-        return QW_MEMORY;
-    }
-    *limit = call.mesh;
-    qw_status status = qw_protect(call.env, find_limit, &call);
-    qw_env_set_threads(call.env, 1); /* a mesh keeps no threads */
-    return status;
-}
-
-/* ---- patches */
 
 typedef struct patches_call {
     qw_context_state *c;
@@ -70,6 +23,14 @@ static const qw_patch_faces *find_faces(qw_context_state *c, const qw_patches *p
     return qw_find_patch_faces(c->env, patches, patches->blocks, designed, of_cell);
 }
 
+/* How many faces there are: blocks that lie on one plane, cylinder or cone of the part are one. */
+static void say_count(qw_env *env, const qw_patches *patches)
+{
+    uint32_t faces = patches->faces->count;
+    for (uint32_t b = 0; b < patches->blocks->count; b++) faces += patches->faces->of_block[b] == QW_NONE;
+    qw_log(env, QW_LOG_INFO, "the STEP file has %u faces, of %u blocks of quads", faces, patches->blocks->count);
+}
+
 static void save_patches(void *user)
 {
     const patches_call *call = user;
@@ -82,6 +43,7 @@ static void save_patches(void *user)
     qw_patches patches = qw_make_patches(call->c->env, quads, is_split ? run->coarse_output : run->output);
     if (call->blocks) patches.blocks = qw_join_patches(call->c->env, quads, &patches);
     if (patches.blocks) patches.faces = find_faces(call->c, &patches);
+    if (patches.faces) say_count(call->c->env, &patches);
     qw_file *file = qw_file_begin(call->c->env, call->path);
     qw_put_step(call->c->env, file, &patches);
     qw_file_finish(file);

@@ -359,8 +359,10 @@ static void find_motion(void *user)
     const qw_clean_input *in = &call->c->input;
     qw_require_attributes(env, call->attributes, call->count, in->vertex_count, in->face_begin[in->face_count],
                           in->face_count);
-    call->made = qw_motion_of_faces(env, in, call->attributes, call->count);
-    call->joints = qw_find_equal_weights(env, in, call->attributes, call->count, call->made);
+    double *largest = qw_largest_offsets(env, in, call->attributes, call->count);
+    call->made = qw_motion_of_faces(env, in, call->attributes, call->count, largest);
+    call->joints = qw_find_equal_weights(env, in, call->attributes, call->count, largest, call->made);
+    qw_free(env, largest);
 }
 
 qw_status qw_set_motion(qw_context *context, const qw_attribute *attributes, uint32_t count)
@@ -370,7 +372,7 @@ qw_status qw_set_motion(qw_context *context, const qw_attribute *attributes, uin
     motion_call call = {.c = c, .attributes = attributes, .count = count};
     qw_status status = require_mesh(context);
     if (status != QW_OK) return status;
-    status = qw_protect(c->env, find_motion, &call);
+    status = qw_protect_listening(c->env, find_motion, &call);
     qw_steering steering = c->steering;
     steering.motion = call.made;
     steering.joint_count = call.joints.count, steering.joint_begin = call.joints.begin;

@@ -81,9 +81,8 @@ static uint32_t find_piece(const graver *g, uint32_t f, qw_vec3 p, double w[3])
 static double shortest_side(const graver *g, uint32_t f)
 {
     const uint32_t *c = g->e.face[f].corner;
-    float shortest = qw_distance(at(g, c[0]), at(g, c[1]));
-    for (int i = 1; i < 3; i++) shortest = fminf(shortest, qw_distance(at(g, c[i]), at(g, c[(i + 1) % 3])));
-    return (double)shortest;
+    qw_vec3 p = at(g, c[0]), q = at(g, c[1]), r = at(g, c[2]);
+    return (double)fminf(fminf(qw_distance(p, q), qw_distance(q, r)), qw_distance(r, p));
 }
 
 /* The vertex at a point of the surface: one that is there, or a new one. */
@@ -258,6 +257,21 @@ static bool draw_step(graver *g, const stop *from, const stop *to, const qw_vec3
     return false;
 }
 
+/* One step, where it fails from and to the other sheets that meet at its ends: of several that are as near to a point,
+   any may have been found. */
+static bool draw_on_a_sheet(graver *g, stop from, stop *to, const qw_vec3 *normal)
+{
+    if (draw_step(g, &from, to, normal)) return true;
+    qw_vec3 start = at(g, from.vertex), end = at(g, to->vertex);
+    for (uint32_t u = 0; u < g->e.vertex_count; u++)
+        for (uint32_t v = 0; v < g->e.vertex_count && qw_distance(at(g, u), start) == 0; v++) {
+            if (qw_distance(at(g, v), end) > 0) continue;
+            from.vertex = u, to->vertex = v;
+            if (draw_step(g, &from, to, normal)) return true;
+        }
+    return false;
+}
+
 /* Draws a line from point to point into the surface, in pieces no longer than `step`; false where it cannot. */
 static bool engrave_one(graver *g, const qw_vec3 *point, uint32_t count, uint32_t finer, const qw_vec3 *normal,
                         float step)
@@ -270,7 +284,7 @@ static bool engrave_one(graver *g, const qw_vec3 *point, uint32_t count, uint32_
         for (uint32_t k = 1; k <= pieces; k++) {
             qw_heartbeat(g->env);
             stop next = stop_at(g, qw_lerp(point[i - 1], point[i], (float)k / (float)pieces), normal);
-            if (!draw_step(g, &now, &next, normal)) return false;
+            if (!draw_on_a_sheet(g, now, &next, normal)) return false;
             now = next;
         }
     }

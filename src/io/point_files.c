@@ -140,10 +140,10 @@ static qw_word take_cell(list *l)
 
 static bool read_number(const list *l, qw_word cell, double *value)
 {
-    char copy[QW_QUOTE_SIZE];
-    if (l->is_comma_number && cell.size < sizeof copy) {
+    char copy[QW_QUOTE_SIZE + QW_ZEROS] = {0};
+    if (l->is_comma_number && cell.size <= QW_QUOTE_SIZE) {
         for (size_t i = 0; i < cell.size; i++) copy[i] = cell.at[i] == ',' ? '.' : cell.at[i];
-        copy[cell.size] = 0, cell.at = copy;
+        cell.at = copy;
     }
     const char *at = cell.at;
     return begins_number(cell) && qw_number_read(&at, value) && at == cell.at + cell.size;

@@ -60,11 +60,13 @@ static void put_whole(output *o, int64_t value)
 
 /* ---- what there is */
 
+/* Texture coordinates of any domain. */
 static const qw_attribute *find(const output *o, const char *name, qw_domain domain, qw_attribute_kind kind)
 {
     for (uint32_t i = 0; i < o->count; i++) {
         const qw_attribute *a = &o->attributes[i];
-        if (a->domain == domain && a->kind == kind && (!name || strcmp(a->name, name) == 0)) return a;
+        if ((a->domain == domain || kind == QW_UVS) && a->kind == kind && (!name || strcmp(a->name, name) == 0))
+            return a;
     }
     return NULL;
 }
@@ -96,28 +98,28 @@ uint32_t *qw_order_faces(qw_env *env, uint32_t face_count, const qw_attribute *a
 
 /* ---- OBJ */
 
-/* The rows of an attribute that goes by corners, one for each value of a vertex: row[corner], from 1. Writes them. */
+/* The rows of an attribute of corners or vertices, one for each value of a vertex: row[corner], from 1. Writes them. */
 static uint32_t *put_rows(output *o, const qw_attribute *a, const char *word)
 {
     if (!a) return NULL;
     const qw_mesh_view *m = o->mesh;
     uint32_t corners = o->begin[m->face_count], rows = 0, n = a->components;
     uint32_t *row = QW_NEW(o->env, uint32_t, corners), *last = QW_NEW_ZERO(o->env, uint32_t, m->vertex_count),
-             *before = QW_NEW(o->env, uint32_t, corners), *corner = QW_NEW(o->env, uint32_t, corners);
+             *before = QW_NEW(o->env, uint32_t, corners), *from = QW_NEW(o->env, uint32_t, corners);
     for (uint32_t i = 0; i < m->face_count; i++)
         for (uint32_t c = o->begin[face_at(o, i)]; c < o->begin[face_at(o, i) + 1]; c++) {
-            uint32_t v = m->corners[c], r = last[v];
-            while (r && memcmp(a->values + (size_t)n * corner[r - 1], a->values + (size_t)n * c, n * sizeof(float)))
+            uint32_t v = m->corners[c], r = last[v], at = a->domain == QW_PER_VERTEX ? v : c;
+            while (r && memcmp(a->values + (size_t)n * from[r - 1], a->values + (size_t)n * at, n * sizeof(float)))
                 r = before[r - 1];
             if (r == 0) {
-                corner[rows] = c, before[rows] = last[v], r = last[v] = ++rows;
+                from[rows] = at, before[rows] = last[v], r = last[v] = ++rows;
                 put_text(o, word);
-                for (uint32_t k = 0; k < n; k++) put_short(o, a->values[(size_t)n * c + k]);
+                for (uint32_t k = 0; k < n; k++) put_short(o, a->values[(size_t)n * at + k]);
                 put_text(o, "\n");
             }
             row[c] = r;
         }
-    qw_free(o->env, last), qw_free(o->env, before), qw_free(o->env, corner);
+    qw_free(o->env, last), qw_free(o->env, before), qw_free(o->env, from);
     return row;
 }
 
@@ -292,9 +294,10 @@ static void put_ply(output *o)
         for (uint32_t c = o->begin[f]; c < o->begin[f + 1]; c++) put_bits(o, m->corners[c], 4);
         put_values(o, QW_PER_FACE, f);
         if (uv) put_bits(o, 2 * size, 1);
-        for (uint32_t c = o->begin[f]; uv && c < o->begin[f + 1]; c++)
-            for (uint32_t k = 0; k < 2; k++)
-                put_value(o, (double)uv->values[(size_t)uv->components * c + k], QW_FLOAT32);
+        for (uint32_t c = o->begin[f]; uv && c < o->begin[f + 1]; c++) {
+            size_t at = uv->components * (size_t)(uv->domain == QW_PER_VERTEX ? m->corners[c] : c);
+            for (uint32_t k = 0; k < 2; k++) put_value(o, (double)uv->values[at + k], QW_FLOAT32);
+        }
     }
 }
 

@@ -210,6 +210,7 @@ static void validate_marked(qw_context_state *c)
     validate_surface(c, &run->surface);
     const qw_necks *necks = &run->necks;
     REQUIRE(c, !necks->begin == (necks->count == 0) && !necks->point == (necks->count == 0), "necks are missing");
+    REQUIRE(c, !necks->is_pocket == (necks->count == 0), "what necks are is missing");
     for (uint32_t i = 0; i < necks->count; i++)
         REQUIRE(c, necks->begin[0] == 0 && has_points(necks->begin + i, 3), "a neck has fewer than three points");
     run->surface_census = qw_trimesh_census(c->env, &run->surface);

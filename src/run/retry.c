@@ -96,6 +96,19 @@ static bool takes_one_step(const qw_history *h)
     return h->request.is_closed && v->lacks_room > (qw_is_too_few(&h->request) ? 0 : 1);
 }
 
+static bool is_large(const qw_history *h)
+{
+    return current(h)->verdict.working_vertices > QW_LARGE_VERTICES || h->request.faces_wanted > QW_LARGE_FACES;
+}
+
+/* Trees of leaves, heaps: thousands of components of a few quads each. Rounding decides how many quads they have, and
+   FINISH makes those with flipped quads anew. */
+static bool has_many_parts(const qw_history *h)
+{
+    return h->request.faces_wanted > QW_LARGE_FACES &&
+           h->request.faces_needed > QW_MANY_PARTS * h->request.faces_wanted;
+}
+
 static bool is_little_inverted(const qw_history *h)
 {
     return qw_is_little_inverted(h->request.faces_wanted, current(h)->verdict.inverted);
@@ -177,9 +190,9 @@ static bool may_resize(const qw_history *h, uint32_t first)
 {
     const qw_verdict *v = &current(h)->verdict;
     bool repairs_decide = h->request.is_closed && (v->topology_lost || v->lacks_room);
-    uint32_t most = takes_one_step(h) ? 1
-                    : repairs_decide  ? QW_SIZE_RETRIES_REBUILT
-                                      : qw_retry_rows[QW_RETRY_FACE_COUNT].most;
+    uint32_t most = takes_one_step(h) || (repairs_decide && has_many_parts(h)) ? 1
+                    : repairs_decide                                           ? QW_SIZE_RETRIES_REBUILT
+                                     : qw_retry_rows[QW_RETRY_FACE_COUNT].most;
     return uses_since(h, QW_RETRY_FACE_COUNT, first) < most;
 }
 
@@ -256,11 +269,6 @@ static uint32_t least_faults(const qw_history *h)
     return kept == QW_NO_ATTEMPT ? best : least_of(h, kept, kept + 1, 1, best);
 }
 
-static bool is_large(const qw_history *h)
-{
-    return current(h)->verdict.working_vertices > QW_LARGE_VERTICES || h->request.faces_wanted > QW_LARGE_FACES;
-}
-
 static uint32_t coverage_retries(const qw_history *h)
 {
     if (h->request.faces_wanted < QW_SMALL_FACES) return qw_retry_rows[QW_RETRY_COVERAGE].most;
@@ -313,7 +321,8 @@ static qw_step after_relax(const qw_history *h)
     uint32_t best = least_faults(h), used = uses_since(h, QW_RETRY_COVERAGE, 0);
     if (may_reserve(h)) return with_reserve(h, best);
     bool accepted = v->places == 0 || (v->protrusions > 0 && faults(h, h->current) < QW_ACCEPTED_TIP) ||
-                    (is_large(h) && used > 0 && faults(h, h->current) < QW_ACCEPTED_LARGE) || round_is_hopeless(h);
+                    (is_large(h) && used > 0 && faults(h, h->current) < QW_ACCEPTED_LARGE) ||
+                    (has_many_parts(h) && v->uncovered < QW_ACCEPTED_LARGE) || round_is_hopeless(h);
     if (accepted || used >= coverage_retries(h) || !may_go_back(h)) return go_on(v->is_composed ? h->current : best);
     return refine(h, QW_RETRY_COVERAGE, best);
 }

@@ -2,6 +2,7 @@
 
 #include "base/elementary.h"
 #include "base/mechanisms.h"
+#include "whole/cut.h"
 #include "whole/motion_on.h"
 #include "whole/ring_guides.h"
 #include "whole/small.h"
@@ -65,12 +66,14 @@ static void require_near(const qw_run_state *run, const qw_bvh *bvh, const qw_ve
     const qw_steering *s = &run->steering;
     double worst = 0;
     uint32_t guide = 0, number = 0;
-    for (uint32_t g = 0; g < s->guide_count; g++)
-        for (uint32_t i = s->guide_begin[g]; s->guide_kind[g] != QW_GUIDE_JOINT && i < s->guide_begin[g + 1]; i++) {
+    for (uint32_t g = 0; g < s->guide_count; g++) {
+        if (s->guide_kind[g] == QW_GUIDE_JOINT) continue; /* nobody drew it: it is let go */
+        for (uint32_t i = s->guide_begin[g]; i < s->guide_begin[g + 1]; i++) {
             qw_hit hit = qw_bvh_nearest(bvh, point[i], qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
             double off = hit.face == QW_NONE ? INFINITY : sqrt((double)hit.distance2);
             if (off > worst) worst = off, guide = g, number = i - s->guide_begin[g];
         }
+    }
     if (worst > MOST_OFF * edge)
         qw_fail(
             run->env, QW_ARGUMENT, guide,
@@ -128,21 +131,8 @@ void qw_engrave_guides(qw_run_state *run)
 
 /* ---- necks */
 
-/* Draws one neck, on a copy of the surface, which becomes the surface if that works. */
-static bool engrave_neck(qw_run_state *run, const qw_vec3 *point, uint32_t count, float edge)
-{
-    qw_env *env = run->env;
-    const uint32_t begin[2] = {0, count}, number = 0, finer = 1;
-    const uint8_t mark = QW_MARKS;
-    const qw_polylines line = {1, begin, point, &number, &mark, &finer};
-    bool drawn;
-    int64_t marked;
-    qw_scope_begin(env);
-    qw_trimesh cut = qw_engrave(env, &run->surface, qw_bvh_build(env, &run->surface), &line, edge, &marked, &drawn);
-    if (drawn) take_surface(run, &cut);
-    qw_scope_end(env);
-    return drawn;
-}
+/* At a joint so many rows fit across, by how fast movement changes in its middle: three in all. */
+enum { ROWS_OF_JOINT = 2 };
 
 /* Necks and joints are taken one by one. */
 typedef struct taking {
@@ -161,26 +151,35 @@ static void add_steps(taking *t, const qw_vec3 *point, uint32_t count)
     for (uint32_t i = 0; i + 1 < count; i++) t->from[t->steps] = point[i], t->to[t->steps++] = point[i + 1];
 }
 
-/* The number of edges along a curve; 0: it is off the surface. */
-static double edges_on(const taking *t, const qw_vec3 *point, uint32_t count)
+/* The number of edges along a curve; 0: it is off the surface. *rows: how many fit across it, where movement changes
+   from none to all; unless NULL. */
+static double edges_on(const taking *t, const qw_vec3 *point, uint32_t count, double *rows)
 {
-    double edges = 0;
-    for (uint32_t i = 0; i + 1 < count; i++) {
+    qw_env *env = t->run->env;
+    double edges = 0, change = 0;
+    qw_vec3 *normal = QW_NEW(env, qw_vec3, count);
+    float *size = QW_NEW(env, float, count);
+    for (uint32_t i = 0; i < count; i++) {
         qw_hit hit = qw_bvh_nearest(t->tree, point[i], qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
         if (hit.face == QW_NONE || sqrtf(hit.distance2) > (float)MOST_OFF * t->edge) return 0;
-        edges += (double)(qw_distance(point[i], point[i + 1]) / t->size[t->was->corner[3 * (size_t)hit.face]]);
+        normal[i] = qw_bvh_normal(t->tree, hit.face), size[i] = t->size[t->was->corner[3 * (size_t)hit.face]];
+        if (i > 0) edges += (double)(qw_distance(point[i - 1], point[i]) / size[i - 1]);
     }
+    const qw_vec3 *moved = rows ? qw_motion_on(t->run, point, normal, count) : NULL;
+    for (uint32_t i = 0; i < count && rows; i++) change += (double)(size[i] * qw_length(moved[i]));
+    if (rows) *rows = count / change;
     return edges;
 }
 
-/* Whether a joint has room for so many edges around, and nothing was drawn near it. */
-static bool has_room(const taking *t, const qw_vec3 *point, uint32_t count)
+/* Whether a neck or a joint has room for so many edges around, a joint for so many rings across, and nothing was drawn
+   near it. */
+static bool has_room(const taking *t, const qw_vec3 *point, uint32_t count, bool is_joint)
 {
     bool is_closed = qw_distance(point[0], point[count - 1]) == 0;
     float length = 0;
     for (uint32_t i = 0; i + 1 < count; i++) length += qw_distance(point[i], point[i + 1]);
-    double edges = edges_on(t, point, count), least = is_closed ? QW_NECK_EDGES : 0.5 * QW_NECK_EDGES;
-    if (edges < least) return false;
+    double rows = INFINITY, edges = edges_on(t, point, count, is_joint ? &rows : NULL);
+    if (edges < (is_closed ? QW_NECK_EDGES : 0.5 * QW_NECK_EDGES) || rows < ROWS_OF_JOINT) return false;
     float near = fmaxf(QW_NECKS_APART * length / (float)edges,
                        QW_NECKS_APART_SHARE * length / (float)(is_closed ? 2 * QW_PI : QW_PI));
     if (t->steps == 0) return true;
@@ -193,27 +192,47 @@ static bool has_room(const taking *t, const qw_vec3 *point, uint32_t count)
     return is_free;
 }
 
-static bool take_curve(taking *t, const qw_vec3 *point, uint32_t count)
+/* Draws a curve on a copy of the surface, which becomes the surface if that works. */
+static bool take_curve(taking *t, const qw_vec3 *point, uint32_t count, uint8_t is_pocket)
 {
-    if (!engrave_neck(t->run, point, count, t->edge)) return false;
+    qw_run_state *run = t->run;
+    qw_env *env = run->env;
+    const uint32_t begin[2] = {0, count}, number = 0, finer = 1;
+    const uint8_t mark = QW_MARKS;
+    const qw_polylines line = {1, begin, point, &number, &mark, &finer};
+    const qw_trimesh old = run->surface;
+    uint32_t *component = run->surface_census.component;
+    bool drawn;
+    int64_t marked;
+    qw_scope_begin(env);
+    qw_trimesh cut = qw_engrave(env, &old, qw_bvh_build(env, &old), &line, t->edge, &marked, &drawn);
+    if (drawn) take_surface(run, &cut);
+    qw_scope_end(env);
+    if (!drawn) return false;
+    if (t->taken.count > 0) { /* the curve before was the last to need it */
+        qw_free(env, old.position), qw_free(env, old.corner), qw_free(env, old.twin), qw_free(env, old.mark);
+        qw_free(env, old.point), qw_free(env, component);
+    }
     qw_necks *n = &t->taken;
     memcpy(n->point + n->begin[n->count], point, count * sizeof *point);
+    n->is_pocket[n->count] = is_pocket;
     n->count++, n->begin[n->count] = n->begin[n->count - 1] + count;
     return true;
 }
 
+/* After the loops that were drawn, beside which nothing else is. */
 static void take_joints(taking *t)
 {
     const qw_steering *s = &t->run->steering;
-    if (!qw_follows_motion(t->run) || s->guide_count == 0) return;
+    if (s->guide_count == 0) return;
     const qw_vec3 *point = qw_guides_in_frame(t->run);
-    for (int joints = 0; joints < 2; joints++)
+    for (int joints = 0; joints < 1 + qw_follows_motion(t->run); joints++)
         for (uint32_t g = 0; g < s->guide_count; g++) {
             const qw_vec3 *p = point + s->guide_begin[g];
             uint32_t count = s->guide_begin[g + 1] - s->guide_begin[g];
             if (!joints && s->guide_kind[g] == QW_GUIDE_LOOP) add_steps(t, p, count);
             if (joints && s->guide_kind[g] == QW_GUIDE_JOINT && t->taken.count < QW_MOST_NECKS &&
-                has_room(t, p, count) && take_curve(t, p, count))
+                has_room(t, p, count, true) && take_curve(t, p, count, 0))
                 add_steps(t, p, count);
         }
 }
@@ -229,10 +248,11 @@ void qw_engrave_necks(qw_run_state *run, double rho)
         float *base_target, *size = qw_wanted_size(run, rho, &base_target, NULL, NULL);
         const qw_bvh *tree = qw_bvh_build(env, &was);
         qw_necks found = {0};
-        if (finds_necks) found = qw_find_necks(env, &was, tree, size, run->options.rings);
+        if (finds_necks) found = qw_find_necks(env, &was, tree, size, run->mirror.is_used, run->options.rings);
         const qw_steering *s = &run->steering;
         size_t most = found.count > 0 ? found.begin[found.count] : 0;
         if (s->guide_count > 0) most += s->guide_begin[s->guide_count];
+        uint32_t curves = found.count + s->guide_count;
         taking t = {run,
                     size,
                     &was,
@@ -241,18 +261,21 @@ void qw_engrave_necks(qw_run_state *run, double rho)
                     QW_NEW(env, qw_vec3, most),
                     0,
                     (float)rho,
-                    {0, QW_NEW_ZERO(env, uint32_t, (size_t)found.count + s->guide_count + 1),
-                     QW_NEW(env, qw_vec3, most), NULL}};
+                    {0, QW_NEW_ZERO(env, uint32_t, (size_t)curves + 1), QW_NEW(env, qw_vec3, most), NULL,
+                     QW_NEW(env, uint8_t, curves)}};
         take_joints(&t);
         uint32_t joints = t.taken.count;
         for (uint32_t i = 0; i < found.count; i++) {
             const qw_vec3 *p = found.point + found.begin[i];
             uint32_t count = found.begin[i + 1] - found.begin[i];
-            if (t.steps == 0 || has_room(&t, p, count)) take_curve(&t, p, count);
+            bool is_whole = qw_distance(p[0], p[count - 1]) == 0,
+                 is_cut = qw_is_in_cut(run, p[0]) && qw_is_in_cut(run, p[count - 1]);
+            if (!is_whole && !is_cut) continue; /* it ends at a boundary of the surface */
+            if (t.steps == 0 || has_room(&t, p, count, false)) take_curve(&t, p, count, found.is_pocket[i]);
         }
         if (t.taken.count > 0) {
             run->necks = t.taken;
-            qw_keep(env, t.taken.begin), qw_keep(env, t.taken.point);
+            qw_keep(env, t.taken.begin), qw_keep(env, t.taken.point), qw_keep(env, t.taken.is_pocket);
             keep_surface(run);
         }
         qw_acted(env, QW_MECH_NECKS, finds_necks), qw_kept(env, QW_MECH_NECKS, t.taken.count - joints);

@@ -130,9 +130,8 @@ static bool motions_are_alike(const qw_run_state *run, const qw_mirror_plane *pl
         qw_place_in_input(clean, m->position[v], p);
         point[v] = reflected_in_frame(run, plane, p), facing[v] = reflected_direction(plane, normal[v]);
     }
-    const qw_vec3 *motion = run->whole.steering->motion,
-                  *here = qw_motion_at_points(env, clean, motion, m->position, normal, m->vertex_count),
-                  *there = qw_motion_at_points(env, clean, motion, point, facing, m->vertex_count);
+    const qw_vec3 *here = qw_motion_at_points(env, run->whole.motion, m->position, normal, m->vertex_count),
+                  *there = qw_motion_at_points(env, run->whole.motion, point, facing, m->vertex_count);
     double off = 0, all = 0;
     for (uint32_t v = 0; v < m->vertex_count; v++) { /* lines, which have no sign */
         qw_vec3 d = reflected_direction(plane, here[v]);

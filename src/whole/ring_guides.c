@@ -54,8 +54,10 @@ void qw_smooth_guide(const qw_run_state *run, uint32_t guide, const qw_vec3 *poi
    curve, has 4 pi N^2 quads. */
 static const double NEST_SHARE = 0.15;
 
-/* Rings on each side of a neck that was found, where there is room; edges become shorter for one of them only. */
-enum { RINGS_OF_NECK = 3 };
+/* Rings on each side of a neck that was found, where there is room; edges become shorter for one of them only. A pocket
+   is an eye or a mouth, around which a person lays more of them, with edges as short as
+   they need, at strength 1. */
+enum { RINGS_OF_NECK = 3, RINGS_OF_POCKET = 5 };
 
 qw_nests qw_nests_of_guides(const qw_run_state *run, double faces)
 {
@@ -67,23 +69,24 @@ qw_nests qw_nests_of_guides(const qw_run_state *run, double faces)
     nests.nest = QW_NEW_ZERO(env, qw_nest, nests.count + run->necks.count);
     nests.count = 0;
     const qw_vec3 *point = s->guide_count > 0 ? qw_guides_in_frame(run) : NULL;
-    for (uint32_t g = 0; g < s->guide_count; g++)
-        if (qw_has_rings(run, g)) nests.nest[nests.count++].rings = s->guide_rings[g];
-    double most = sqrt(NEST_SHARE * faces / (4 * QW_PI * nests.count));
-    nests.count = 0;
+    double most = 0;
+    for (uint32_t g = 0; g < s->guide_count; g++) most += qw_has_rings(run, g);
+    for (uint32_t i = 0; i < run->necks.count; i++) most += run->necks.is_pocket[i];
+    most = sqrt(NEST_SHARE * faces / (4 * QW_PI * most));
     for (uint32_t g = 0; g < s->guide_count; g++) {
         if (!qw_has_rings(run, g)) continue;
         qw_nest *n = &nests.nest[nests.count++];
         qw_vec3 *smooth = QW_NEW(env, qw_vec3, qw_smooth_count(run, g));
         qw_smooth_guide(run, g, point, smooth);
-        n->point = smooth, n->point_count = qw_smooth_count(run, g), n->rings = n->most_rings = fmin(n->rings, most);
+        n->point = smooth, n->point_count = qw_smooth_count(run, g);
+        n->rings = n->most_rings = fmin(s->guide_rings[g], most);
     }
     for (uint32_t i = 0; i < run->necks.count; i++) {
         uint32_t begin = run->necks.begin[i];
-        nests.nest[nests.count++] = (qw_nest){.point = run->necks.point + begin,
-                                              .point_count = run->necks.begin[i + 1] - begin,
-                                              .rings = 1,
-                                              .most_rings = RINGS_OF_NECK};
+        qw_nest *n = &nests.nest[nests.count++];
+        n->point = run->necks.point + begin, n->point_count = run->necks.begin[i + 1] - begin;
+        n->rings = run->necks.is_pocket[i] ? fmax(run->options.rings * fmin(RINGS_OF_POCKET, most), 1) : 1;
+        n->most_rings = fmax(RINGS_OF_NECK, n->rings);
     }
     return nests;
 }

@@ -9,6 +9,7 @@
 #include "remesh/features/verdict.h"
 #include "remesh/field/orientation.h"
 #include "remesh/sizes/necks.h"
+#include "products/attributes/motion.h"
 #include "remesh/sizes/wanted_sizes.h"
 #include "remesh/field/hierarchy.h"
 #include "remesh/offsets/offsets.h"
@@ -45,8 +46,9 @@ typedef struct qw_whole {
     uint8_t *left_out; /* uint8_t[faces of the input]: 1: stays as it is; NULL: none */
     qw_clean clean;
     qw_census census;
-    double area;   /* in the frame of the clean surface */
-    double hidden; /* share of the area that other parts hide, where there are many; else 0 */
+    double area;                   /* in the frame of the clean surface */
+    double hidden;                 /* share of the area that other parts hide, where there are many; else 0 */
+    const qw_motion_field *motion; /* made by CORE; NULL: nothing moves, or is not followed */
 } qw_whole;
 
 /* How the core of a symmetric surface becomes the whole again: whole/mirror.h. */

@@ -1013,6 +1013,48 @@ class Region(Case):
 
 
 class Steering(Case):
+    def test_weights_at_a_slant(self):
+        """Vertex groups of two bones: around their joint edges run along and across the lines of equal weight."""
+
+        def off_lines(follow):
+            self.settings.target, self.settings.faces, self.settings.option_follow_motion = "FACES", 800, follow
+            obj = sphere()
+            mesh = obj.data
+            at = places(mesh) * (1, 1, 3)
+            mesh.vertices.foreach_set("co", at.astype(np.float32).reshape(-1))
+            mesh.update()
+            share = np.clip(0.5 + (at @ slant) / 2, 0, 1)
+            for name, of in (("upper", share), ("lower", 1 - share)):
+                group = obj.vertex_groups.new(name=name)
+                for vertex, weight in enumerate(of.tolist()):
+                    group.add([vertex], weight, "REPLACE")
+            rig = bpy.data.objects.new("Rig", bpy.data.armatures.new("Rig"))
+            bpy.context.scene.collection.objects.link(rig)
+            bpy.context.view_layer.objects.active = rig
+            bpy.ops.object.mode_set(mode="EDIT")
+            for name, z in (("upper", 1), ("lower", -1)):
+                bone = rig.data.edit_bones.new(name)
+                bone.head, bone.tail = (0, 0, 0), (0, 0, 3 * z)
+            bpy.ops.object.mode_set(mode="OBJECT")
+            obj.modifiers.new("Armature", "ARMATURE").object = rig
+            bpy.context.view_layer.objects.active = obj
+            remesh()
+            mesh, at = obj.data, places(obj.data)
+            ends = at[read(mesh.edges, "vertices", np.int32, 2)]
+            middle, way = ends.mean(1), ends[:, 1] - ends[:, 0]
+            near = np.abs(middle @ slant) < 0.5
+            normal = middle * (1, 1, 1 / 9)
+            across = np.cross(slant, normal)[near]
+            cosine = np.abs((way[near] * across).sum(1)) / np.linalg.norm(way[near], axis=1) / np.linalg.norm(across, axis=1)
+            angle = np.degrees(np.arccos(np.clip(cosine, 0, 1)))
+            common.fresh()
+            self.settings = bpy.context.scene.quadwright
+            return np.minimum(angle, 90 - angle).mean()
+
+        slant = np.array([0, np.sin(0.5), np.cos(0.5)])
+        self.assertLess(off_lines(0.5), 7)
+        self.assertGreater(off_lines(0), 10)
+
     def test_density_of_a_group(self):
         obj = grid(60)
         group = obj.vertex_groups.new(name="Dense")
@@ -1327,9 +1369,9 @@ class Process(Case):
                 self.assertEqual([name for name in now if name not in files], [])
         self.assertEqual(len(common.children()), 1)  # the worker, kept for the next run
         table = np.array(sizes)
-        growth = np.median(table[-5:], 0) - np.median(table[3:8], 0)
+        growth = np.min(table[-5:], 0) - np.min(table[3:8], 0)  # up to 20 MB of what was freed go back to the system late
         print(f"    ten runs: Blender grew by {growth[0]:.1f} MB, of which its data by {growth[2]:.1f} MB, the worker by {growth[1]:.1f} MB")
-        self.assertLess(growth[0], 15)
+        self.assertLess(growth[0], 6)
         self.assertLess(growth[1], 5)
         self.assertLess(growth[2], 0.5)
         self.assertTrue(all(not name.startswith(add_on) or name in files for name in common.files_below(add_on)))

@@ -816,7 +816,7 @@ def _stamps_of(source, has_maps):
 def _result_of_file(source, target, options, read=load):
     """Remeshes a file into another: its record, which lies beside the target and is not made again."""
     record = target + ".record.json"
-    key = [__version__, sorted((k, repr(v)) for k, v in options.items() if k not in ("threads", "progress")), _stamp(source), _stamps_of(source, options.get("bake"))]
+    key = [__version__, sorted((k, repr(v)) for k, v in options.items() if k not in ("threads", "progress", "time_limit")), _stamp(source), _stamps_of(source, options.get("bake"))]
     key = json.loads(json.dumps(key))
     try:
         with open(record) as file:

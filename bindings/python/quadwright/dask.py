@@ -12,16 +12,15 @@ def _remesh_one(source, target, options):
 
 
 @_with_options
-def remesh_many(paths, out, /, *, client, retries=3, format="obj", unwrap=False, bake=None, **options):
+def remesh_many(paths, out, /, *, client, retries=3, format="obj", time_limit=None, unwrap=False, bake=None, **options):
     """Remeshes files on the workers of a dask.distributed.Client: a list of records (dict), in the order of paths.
 
     out: a folder that all workers see; the quads of a/b.ply go to out/b.ply.quads.obj, written whole or not at all, and two paths may not
     have the same name. A record has "input", "output", "status" ("OK", or that of the failure), "message" and, of a success, "report". A file
-    that is there already, with its record, is not made again. unwrap and bake as of remesh(): with bake the files are assets, and beside those in OBJ lie an
+    that is there already, with its record, is not made again. time_limit (of each file), unwrap and bake as of remesh(): with bake the files are assets, and beside those in OBJ lie an
     MTL and PNG files. A worker that is lost has its models done by others, up to `retries` times.
     """
-    if unwrap or bake:
-        options.update(unwrap=unwrap, bake=bake)
+    options.update({name: value for name, value in (("time_limit", time_limit), ("unwrap", unwrap), ("bake", bake)) if value})
     paths = [os.fspath(path) for path in paths]
     targets = [os.path.join(os.fspath(out), f"{os.path.basename(path)}.quads.{format}") for path in paths]
     if len(set(targets)) != len(targets):

@@ -16,14 +16,14 @@ def smooth(points):
     return np.stack([points[:, 0] + points[:, 2], 1 - points[:, 1]], -1)
 
 
-@pytest.fixture(scope="module")
-def carried(surface):
+@pytest.fixture(scope="module", params=[0, 0.5])
+def carried(surface, request):
     points, faces = surface
     corner_uv = smooth(points)[faces]
     labels = (points[faces].mean(axis=1)[:, 0] > 0).astype(np.int64)
     groups = np.tile(np.arange(2), (len(points), 1))
     share = (points[:, :1] + 1.5) / 3
-    return quadwright.remesh(points, faces, faces=600, follow_motion=0, attributes={
+    return quadwright.remesh(points, faces, faces=600, follow_motion=request.param, attributes={
         "heat": points[:, 1].astype(np.float32), "uv": corner_uv, "shape": Attribute(smooth(points), "vertex"),
         "normal": points / np.linalg.norm(points, axis=1)[:, None], "side": Attribute(labels, names=["left", "right"]),
         "skin": Attribute(np.concatenate([share, 1 - share], 1), kind="weights", groups=groups), "many": np.tile(points[:, :1], 16)})

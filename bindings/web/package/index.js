@@ -62,6 +62,11 @@ function checkCloneable(options) {
   if (wrong) throw new QuadwrightError(`${wrong}: there is no hook of that name; hooks are progress and log, and signal`, 'ARGUMENT', 2);
 }
 
+/* Remesher.remesh takes hooks by themselves, and other calls would leave them out silently. */
+function requireNone(rest) {
+  if (rest.length > 0) throw new QuadwrightError('there is no fourth argument: signal, progress and log are among the options', 'ARGUMENT', 2);
+}
+
 /* A surface that is remeshed more than once: what two runs have in common is made once, and the results are those of fresh runs. */
 export class Remesher {
   #worker = null;
@@ -241,7 +246,8 @@ export class Remesher {
 
 /* Remeshes in a Worker that ends with the call. options: those of the library, and faceSize, faceSizes, markedEdges, attributes, transfer,
  * density, guides, region, signal, progress, log, memoryLimit. */
-export async function remesh(positions, indices, options = {}) {
+export async function remesh(positions, indices, options = {}, ...rest) {
+  requireNone(rest);
   const { faceSize, faceSizes, markedEdges, attributes, transfer, signal, progress, log, memoryLimit, density, guides, region, ...library } = options;
   await init();
   const remesher = new Remesher({ memoryLimit });
@@ -255,10 +261,11 @@ export async function remesh(positions, indices, options = {}) {
 }
 
 /* Quads with texture coordinates of their own, and maps on them of what the surface looks like. */
-export const asset = (positions, indices, options = {}) => remesh(positions, indices, { bake: 'input', ...options });
+export const asset = (positions, indices, options = {}, ...rest) => remesh(positions, indices, { bake: 'input', ...options }, ...rest);
 
 /* The same on the calling thread, as in a Worker of one's own: progress returns CANCEL to cancel. */
-export function remeshSync(positions, indices, options = {}) {
+export function remeshSync(positions, indices, options = {}, ...rest) {
+  requireNone(rest);
   const { faceSize, faceSizes, markedEdges, attributes, progress, log, memoryLimit, density, guides, region, ...library } = options;
   const session = new Session(ready(), memoryLimit);
   let crashed = false;

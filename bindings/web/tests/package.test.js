@@ -267,6 +267,9 @@ test('hooks lie with the options or beside them, functions elsewhere are named, 
     remesher.close();
   }
   assert.throws(() => quadwright.remeshSync(corners, faces, { faces: () => 60 }), /faces: must be a number, not a function/);
+  assert.throws(() => quadwright.remeshSync(corners, faces, { faces: 60 }, { log() {} }), /no fourth argument: signal, progress and log are among the options/);
+  await assert.rejects(quadwright.remesh(corners, faces, { faces: 60 }, { progress() {} }), /no fourth argument/);
+  await assert.rejects(quadwright.asset(corners, faces, { faces: 60 }, { progress() {} }), /no fourth argument/);
 });
 
 const CUBE_APP = `import { init, remesh } from 'quadwright';
@@ -420,6 +423,30 @@ test('attributes are carried over', async () => {
   assert.ok(off < 0.02, `${off}`);
   assert.equal(attributes.side.values.length, quads.length / 4);
   assert.deepEqual([...new Set(attributes.side.values)].sort(), [0, 1]);
+});
+
+test('weights steer by themselves, and no more once they are told not to', async () => {
+  const around = 64, rows = 48, positions = [0, 0, 3, 0, 0, -3], indices = []; // an egg, with weights at a slant
+  for (let i = 0; i < rows; i++)
+    for (let k = 0; k < around; k++) {
+      const a = (2 * Math.PI * k) / around, b = (Math.PI * (i + 1)) / (rows + 1), of = (j, l) => 2 + j * around + ((k + l) % around);
+      positions.push(Math.sin(b) * Math.cos(a), Math.sin(b) * Math.sin(a), 3 * Math.cos(b));
+      if (i === 0) indices.push(0, of(0, 0), of(0, 1));
+      else indices.push(of(i - 1, 0), of(i, 0), of(i, 1), of(i - 1, 0), of(i, 1), of(i - 1, 1));
+      if (i === rows - 1) indices.push(1, of(i, 1), of(i, 0));
+    }
+  const count = positions.length / 3, values = new Float32Array(2 * count), groups = Uint32Array.from({ length: 2 * count }, (_, i) => i % 2);
+  for (let v = 0; v < count; v++) {
+    values[2 * v] = Math.min(1, Math.max(0, 0.5 + (0.88 * positions[3 * v + 2] + 0.48 * positions[3 * v + 1]) / 2));
+    values[2 * v + 1] = 1 - values[2 * v];
+  }
+  const attributes = { skin: { values, components: 2, kind: 'weights', groups } };
+  const steered = await quadwright.remesh(positions, indices, { faces: 800, attributes });
+  const left = await quadwright.remesh(positions, indices, { faces: 800, follow_motion: 0, attributes });
+  const plain = await quadwright.remesh(positions, indices, { faces: 800 });
+  assert.deepEqual([steered, left, plain].map((result) => result.report.nests), [1, 0, 0]);
+  assert.deepEqual(left.quads, plain.quads);
+  assert.equal(steered.attributes.skin.groups.length, steered.attributes.skin.values.length);
 });
 
 test('faces in closed holes are marked', async () => {

@@ -10,15 +10,15 @@ enum {
     RIGID_STEPS = 4,   /* of two charts: they lie flat before, and only what lies between them has to give way */
     STIFFENINGS = 2,   /* where triangles give way too much */
     FEW_TRIANGLES = 8, /* that may be stiffened in any chart */
-    CRUMB = 16,        /* faces of a chart that is joined to any other in the end, however that is shaped */
+    CRUMB = 32,        /* faces of a chart that is joined to any other in the end, however that is shaped */
     GRID_BITS = 23     /* exact tests see the root of the surface's area as so many bits: finer than what is written */
 };
 static const double STIFFENED = 0.02; /* of the triangles, at most: where more give way, others would in turn */
 /* Root of the mean square by which two borders miss one another, of their length: charts whose borders fit worse hardly
    ever lie flat together, those that fit so well nearly always do. */
 static const double MISFIT = 0.22, FIT = 0.1;
-static const double SMALL_CRUMB = 0.005; /* of the surface: where a crumb is so small even sharp edges are folded */
-static const double LEAST_PART = 0.25;   /* of a path that charts are joined along */
+static const double SMALL_CRUMB = 0.02; /* of the surface: where a crumb is so small even sharp edges are folded */
+static const double LEAST_PART = 0.25;  /* of a path that charts are joined along */
 
 typedef qw_join_candidate candidate;
 typedef qw_joiner maker;

@@ -7,7 +7,7 @@
 #include <string.h>
 
 /* Points of a curve, each the mean of as much of it, so that the steps of its triangles are gone. */
-enum { POINTS = 48, LEAST_STEPS = 6 };
+enum { POINTS = 48 };
 static const double HALF = 0.5;
 /* Around a place that a target moves as a whole, movement changes alike on all sides: at the least by this share of the
    most. Where a lip leaves the other, or a lid the eye, it does not, and the curve goes around one of the two. */
@@ -28,8 +28,9 @@ typedef struct tracing {
     const qw_attribute *moves; /* weights, or a target */
     double largest;            /* offset of a target */
     const qw_vec3 *motion;     /* qw_vec3[faces of the input] */
-    step *step;                /* step[count], of `room`; NULL: they are only counted */
+    step *step;                /* step[count] */
     uint32_t count;
+    size_t room;
     qw_hash_table from; /* steps by where they begin */
     uint8_t *walked;    /* uint8_t[count] */
 } tracing;
@@ -37,14 +38,8 @@ typedef struct tracing {
 /* The share of a group in the weights of a vertex; of a target's largest offset that of a vertex. */
 static double share_of(const tracing *t, uint32_t v, uint32_t group)
 {
-    const qw_attribute *a = t->moves;
-    double sum = 0, own = 0;
-    if (a->kind != QW_WEIGHTS) return qw_offset_at(a, v) / t->largest;
-    for (size_t k = (size_t)v * a->components; k < (size_t)(v + 1) * a->components; k++) {
-        sum += (double)a->values[k];
-        if (a->group[k] == group) own += (double)a->values[k];
-    }
-    return sum > 0 ? own / sum : 0;
+    return t->moves->kind == QW_WEIGHTS ? qw_share_of_group(t->moves, v, group)
+                                        : qw_offset_at(t->moves, v) / t->largest;
 }
 
 /* The group with more than half; QW_NONE: there is none. */
@@ -85,8 +80,8 @@ static void add_step(tracing *t, uint32_t f, const uint32_t corner[3], uint32_t 
         cross_edge(p[i], p[j], share[i], share[j], is_in ? s.from : s.to), ends++;
     }
     if (ends != 2 || qw_is_one_place(s.from, s.to)) return;
-    if (t->step) t->step[t->count] = s;
-    t->count++;
+    t->step = qw_grow(t->env, t->step, &t->room, (size_t)t->count + 1, sizeof *t->step);
+    t->step[t->count++] = s;
 }
 
 static void add_triangle(tracing *t, uint32_t f, const uint32_t corner[3])
@@ -103,12 +98,13 @@ static void add_triangle(tracing *t, uint32_t f, const uint32_t corner[3])
 static void add_steps(tracing *t)
 {
     const qw_clean_input *in = t->input;
-    t->count = 0;
-    for (uint32_t f = 0; f < in->face_count; f++)
+    for (uint32_t f = 0; f < in->face_count; f++) {
+        if (f % 4096 == 0) qw_heartbeat(t->env);
         for (uint32_t c = in->face_begin[f] + 1; c + 1 < in->face_begin[f + 1]; c++) {
             const uint32_t corner[3] = {in->corner[in->face_begin[f]], in->corner[c], in->corner[c + 1]};
             add_triangle(t, f, corner);
         }
+    }
 }
 
 /* ---- from step to step */
@@ -156,12 +152,12 @@ static double length_of(const step *s) { return sqrt(qw_distance2_doubles(s->fro
 static bool walk(tracing *t, uint32_t first, part *parts)
 {
     double total = 0, gone = 0;
-    uint32_t at = first, steps = 0;
+    uint32_t at = first;
     while (at != QW_NONE && !t->walked[at]) {
-        t->walked[at] = 1, steps++, total += length_of(&t->step[at]);
+        t->walked[at] = 1, total += length_of(&t->step[at]);
         at = *slot_of(t, t->step[at].to, t->step[at].group);
     }
-    if (at != first || steps < LEAST_STEPS || !(total > 0) || !isfinite(total)) return false;
+    if (at != first || !(total > 0) || !isfinite(total)) return false;
     memset(parts, 0, POINTS * sizeof *parts);
     do {
         double length = length_of(&t->step[at]);
@@ -185,8 +181,6 @@ static void add_curves(tracing *t, qw_equal_weights *made)
 {
     add_steps(t);
     if (t->count == 0) return;
-    t->step = QW_NEW(t->env, step, t->count);
-    add_steps(t);
     t->from = qw_hash_table_create(t->env, t->count), t->walked = QW_NEW_ZERO(t->env, uint8_t, t->count);
     for (uint32_t i = 0; i < t->count; i++) *slot_of(t, t->step[i].from, t->step[i].group) = i;
     for (uint32_t i = 0; i < t->count; i++) {
@@ -202,12 +196,11 @@ static void add_curves(tracing *t, qw_equal_weights *made)
 }
 
 qw_equal_weights qw_find_equal_weights(qw_env *env, const qw_clean_input *input, const qw_attribute *attributes,
-                                       uint32_t count, const qw_vec3 *motion)
+                                       uint32_t count, const double *largest, const qw_vec3 *motion)
 {
     qw_equal_weights made = {0};
     for (uint32_t i = 0; i < count && motion; i++) {
-        tracing t = {.env = env, .input = input, .moves = &attributes[i], .motion = motion};
-        if (qw_is_target(t.moves)) t.largest = qw_largest_offset(t.moves);
+        tracing t = {.env = env, .input = input, .moves = &attributes[i], .motion = motion, .largest = largest[i]};
         if (t.moves->kind == QW_WEIGHTS || t.largest > 0) add_curves(&t, &made);
     }
     if (made.count == 0) return made;

@@ -13,8 +13,8 @@ typedef struct qw_equal_weights {
 
 /* Those of all QW_WEIGHTS and targets among the attributes, smooth and with few points; in the caller's scope, with
    NULL for none. Curves that end at a boundary are left out, and of targets those across which movement changes unlike.
-   motion: qw_motion_of_faces of the attributes. */
+   largest, motion: qw_largest_offsets and qw_motion_of_faces of the attributes. */
 qw_equal_weights qw_find_equal_weights(qw_env *env, const qw_clean_input *input, const qw_attribute *attributes,
-                                       uint32_t count, const qw_vec3 *motion);
+                                       uint32_t count, const double *largest, const qw_vec3 *motion);
 
 #endif

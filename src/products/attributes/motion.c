@@ -22,12 +22,6 @@ typedef struct polygon {
     double axis[2][3], slope[MOST_CORNERS][2];
 } polygon;
 
-/* What moves on a polygon, J: a row an axis. */
-typedef struct move {
-    uint32_t group; /* of weights */
-    double to[2][3];
-} move;
-
 /* The mean gradient over the triangles of a fan. False where the polygon has no area. */
 static bool measure(const qw_clean_input *in, uint32_t f, polygon *p)
 {
@@ -56,45 +50,55 @@ static bool measure(const qw_clean_input *in, uint32_t f, polygon *p)
     return true;
 }
 
-static void add_offset(const polygon *p, uint32_t i, const double offset[3], move *m)
+/* The input with what moves it. */
+typedef struct moving {
+    const qw_clean_input *input;
+    const qw_attribute *attributes;
+    uint32_t count;
+    const double *largest; /* double[count]: offsets of targets; 0: it is none */
+    qw_vec3 *motion;       /* qw_vec3[faces of the input] */
+} moving;
+
+/* J of the weight of a group, or of a target's offset over its largest: a row an axis. */
+static void gradient(const polygon *p, const qw_attribute *a, uint32_t group, double largest, double to[2][3])
 {
-    for (int a = 0; a < 2; a++)
-        for (int k = 0; k < 3; k++) m->to[a][k] += p->slope[i][a] * offset[k];
+    memset(to, 0, 2 * sizeof *to);
+    for (uint32_t i = 0; i < p->corners; i++)
+        for (size_t k = 0; k < (a->kind == QW_WEIGHTS ? 1 : 3); k++) {
+            double x = a->kind == QW_WEIGHTS ? qw_share_of_group(a, p->corner[i], group)
+                                             : (double)a->values[3 * (size_t)p->corner[i] + k] / largest;
+            for (int e = 0; e < 2; e++) to[e][k] += p->slope[i][e] * x;
+        }
 }
 
-/* All that moves a polygon. */
-typedef struct moves {
-    move *move; /* move[count] */
-    uint32_t count;
-} moves;
-
-static void add_weights(const qw_attribute *a, const polygon *p, moves *t)
+/* The number n among the groups at the corners of a polygon; false where it came before. */
+static bool is_new_group(const polygon *p, const qw_attribute *a, uint32_t n, uint32_t *group)
 {
-    uint32_t first = t->count;
-    for (uint32_t i = 0; i < p->corners; i++) {
-        const float *weight = a->values + (size_t)p->corner[i] * a->components;
-        const uint32_t *group = a->group + (size_t)p->corner[i] * a->components;
-        double sum = 0;
-        for (uint32_t k = 0; k < a->components; k++) sum += (double)weight[k];
-        for (uint32_t k = 0; k < a->components && sum > 0; k++) {
-            uint32_t m = first;
-            while (m < t->count && t->move[m].group != group[k]) m++;
-            if (m == t->count) t->move[t->count++] = (move){.group = group[k]};
-            const double share[3] = {(double)weight[k] / sum, 0, 0};
-            add_offset(p, i, share, &t->move[m]);
+    const uint32_t *of = a->group + (size_t)p->corner[n / a->components] * a->components;
+    *group = of[n % a->components];
+    for (uint32_t m = 0; m < n; m++)
+        if (a->group[(size_t)p->corner[m / a->components] * a->components + m % a->components] == *group) return false;
+    return true;
+}
+
+/* Adds J^T J of all that moves: xx, xy, yy. Returns the square of the largest change along an axis. */
+static double add_moves(const moving *m, const polygon *p, const double axis[2], double sum[3])
+{
+    double most = 0, to[2][3], along[3];
+    for (uint32_t i = 0; i < m->count; i++) {
+        const qw_attribute *a = &m->attributes[i];
+        bool has_groups = a->kind == QW_WEIGHTS;
+        uint32_t moves = has_groups ? p->corners * a->components : m->largest[i] > 0, group = 0;
+        for (uint32_t n = 0; n < moves; n++) {
+            if (has_groups && !is_new_group(p, a, n, &group)) continue;
+            gradient(p, a, group, m->largest[i], to);
+            sum[0] += qw_dot_doubles(to[0], to[0]), sum[1] += qw_dot_doubles(to[0], to[1]);
+            sum[2] += qw_dot_doubles(to[1], to[1]);
+            for (int k = 0; k < 3; k++) along[k] = axis[0] * to[0][k] + axis[1] * to[1][k];
+            most = fmax(most, qw_dot_doubles(along, along));
         }
     }
-}
-
-static void add_target(const qw_attribute *a, const polygon *p, double largest, moves *t)
-{
-    move *m = &t->move[t->count++];
-    *m = (move){0};
-    for (uint32_t i = 0; i < p->corners; i++) {
-        double offset[3];
-        for (size_t k = 0; k < 3; k++) offset[k] = (double)a->values[3 * (size_t)p->corner[i] + k] / largest;
-        add_offset(p, i, offset, m);
-    }
+    return most;
 }
 
 /* The direction of the larger eigenvalue of a symmetric matrix; returns by how much it is the larger. */
@@ -107,21 +111,25 @@ static double larger_axis(double xx, double xy, double yy, double axis[2])
 
 /* The direction in which they all change the most, as long as one of them changes along it at the most, times how clear
  * it is. */
-static qw_vec3 most_change(const polygon *p, const moves *t)
+static qw_vec3 most_change(const moving *m, const polygon *p)
 {
-    double xx = 0, xy = 0, yy = 0, axis[2], most = 0, along[3];
-    for (uint32_t m = 0; m < t->count; m++) {
-        const double(*to)[3] = (const double(*)[3])t->move[m].to;
-        xx += qw_dot_doubles(to[0], to[0]), xy += qw_dot_doubles(to[0], to[1]), yy += qw_dot_doubles(to[1], to[1]);
-    }
-    if (!(xx + yy > 0) || !isfinite(xx + yy)) return qw_v3(0, 0, 0);
-    double clear = larger_axis(xx, xy, yy, axis) / (xx + yy);
-    for (uint32_t m = 0; m < t->count; m++) {
-        for (int k = 0; k < 3; k++) along[k] = axis[0] * t->move[m].to[0][k] + axis[1] * t->move[m].to[1][k];
-        most = fmax(most, qw_dot_doubles(along, along));
-    }
-    for (int k = 0; k < 3; k++) along[k] = clear * sqrt(most) * (axis[0] * p->axis[0][k] + axis[1] * p->axis[1][k]);
+    double sum[3] = {0}, twice[3] = {0}, axis[2] = {0}, along[3];
+    add_moves(m, p, axis, sum);
+    if (!(sum[0] + sum[2] > 0) || !isfinite(sum[0] + sum[2])) return qw_v3(0, 0, 0);
+    double clear = larger_axis(sum[0], sum[1], sum[2], axis) / (sum[0] + sum[2]),
+           length = clear * sqrt(add_moves(m, p, axis, twice));
+    for (int k = 0; k < 3; k++) along[k] = length * (axis[0] * p->axis[0][k] + axis[1] * p->axis[1][k]);
     return qw_v3_of_doubles(along);
+}
+
+static void find_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+{
+    (void)block;
+    const moving *m = user;
+    for (uint32_t f = begin; f < end; f++) {
+        polygon p;
+        m->motion[f] = measure(m->input, f, &p) ? most_change(m, &p) : qw_v3(0, 0, 0);
+    }
 }
 
 /* ---- on the input */
@@ -139,45 +147,41 @@ double qw_offset_at(const qw_attribute *target, uint32_t v)
     return sqrt(qw_dot_doubles(offset, offset));
 }
 
-double qw_largest_offset(const qw_attribute *target)
+double qw_share_of_group(const qw_attribute *weights, uint32_t v, uint32_t group)
 {
-    double most = 0;
-    for (uint32_t v = 0; v < target->count; v++) most = fmax(most, qw_offset_at(target, v));
-    return most;
+    double sum = 0, own = 0;
+    for (size_t k = (size_t)v * weights->components; k < (size_t)(v + 1) * weights->components; k++) {
+        sum += (double)weights->values[k];
+        if (weights->group[k] == group) own += (double)weights->values[k];
+    }
+    return sum > 0 ? own / sum : 0;
 }
 
-static double extent_of(const qw_clean_input *in)
+double *qw_largest_offsets(qw_env *env, const qw_clean_input *in, const qw_attribute *attributes, uint32_t count)
 {
     double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
     for (size_t v = 0; v < in->vertex_count; v++)
         for (size_t k = 0; k < 3; k++)
             low[k] = fmin(low[k], in->position[3 * v + k]), high[k] = fmax(high[k], in->position[3 * v + k]);
-    return sqrt(qw_distance2_doubles(low, high));
+    double least = LEAST_OFFSET * sqrt(qw_distance2_doubles(low, high)), *largest = QW_NEW_ZERO(env, double, count);
+    for (uint32_t i = 0; i < count; i++) {
+        for (uint32_t v = 0; qw_is_target(&attributes[i]) && v < attributes[i].count; v++)
+            largest[i] = fmax(largest[i], qw_offset_at(&attributes[i], v));
+        if (!(largest[i] > least)) largest[i] = 0;
+        qw_heartbeat(env);
+    }
+    return largest;
 }
 
-qw_vec3 *qw_motion_of_faces(qw_env *env, const qw_clean_input *input, const qw_attribute *attributes, uint32_t count)
+qw_vec3 *qw_motion_of_faces(qw_env *env, const qw_clean_input *input, const qw_attribute *attributes, uint32_t count,
+                            const double *largest)
 {
-    double *largest = QW_NEW_ZERO(env, double, count), least = LEAST_OFFSET * extent_of(input);
-    size_t most = 0;
-    for (uint32_t i = 0; i < count; i++) {
-        const qw_attribute *a = &attributes[i];
-        if (a->kind == QW_WEIGHTS) most += (size_t)MOST_CORNERS * a->components;
-        else if (qw_is_target(a) && qw_largest_offset(a) > least) largest[i] = qw_largest_offset(a), most++;
-    }
-    qw_vec3 *motion = most > 0 ? QW_NEW(env, qw_vec3, input->face_count) : NULL;
-    moves t = {QW_NEW(env, move, most), 0};
-    for (uint32_t f = 0; motion && f < input->face_count; f++, t.count = 0) {
-        polygon p;
-        motion[f] = qw_v3(0, 0, 0);
-        if (!measure(input, f, &p)) continue;
-        for (uint32_t i = 0; i < count; i++) {
-            if (attributes[i].kind == QW_WEIGHTS) add_weights(&attributes[i], &p, &t);
-            else if (largest[i] > 0) add_target(&attributes[i], &p, largest[i], &t);
-        }
-        motion[f] = most_change(&p, &t);
-    }
-    qw_free(env, t.move), qw_free(env, largest);
-    return motion;
+    bool moves = false;
+    for (uint32_t i = 0; i < count; i++) moves |= attributes[i].kind == QW_WEIGHTS || largest[i] > 0;
+    if (!moves) return NULL;
+    moving m = {input, attributes, count, largest, QW_NEW(env, qw_vec3, input->face_count)};
+    qw_parallel(env, input->face_count, QW_GRAIN_HEAVY, find_block, &m);
+    return m.motion;
 }
 
 /* ---- at points */
@@ -218,10 +222,14 @@ static lines *lines_of_clean(qw_env *env, const qw_clean *clean, const qw_vec3 *
     return l;
 }
 
-typedef struct taking {
+struct qw_motion_field {
     const qw_trimesh *mesh;
     const qw_bvh *tree;
     const lines *at; /* lines[mesh->vertex_count] */
+};
+
+typedef struct taking {
+    const qw_motion_field *of;
     const qw_vec3 *point, *normal;
     qw_vec3 *taken;
 } taking;
@@ -232,13 +240,13 @@ static void take_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     const taking *t = user;
     uint32_t hint = QW_NONE;
     for (uint32_t i = begin; i < end; i++) {
-        qw_hit hit = qw_bvh_nearest(t->tree, t->point[i], t->normal[i], QW_SAME_SHEET, INFINITY, hint);
+        qw_hit hit = qw_bvh_nearest(t->of->tree, t->point[i], t->normal[i], QW_SAME_SHEET, INFINITY, hint);
         t->taken[i] = qw_v3(0, 0, 0);
         if (hit.face == QW_NONE) continue;
         lines mean = {0};
         for (int k = 0; k < 3; k++)
             for (int c = 0; c < 6; c++)
-                mean.of[c] += hit.weight[k] * t->at[t->mesh->corner[3 * (size_t)hit.face + (size_t)k]].of[c];
+                mean.of[c] += hit.weight[k] * t->of->at[t->of->mesh->corner[3 * (size_t)hit.face + (size_t)k]].of[c];
         qw_vec3 x = qw_any_orthogonal(t->normal[i]), y = qw_cross(t->normal[i], x);
         double axis[2], length = sqrt(larger_axis((double)product(&mean, x, x), (double)product(&mean, x, y),
                                                   (double)product(&mean, y, y), axis));
@@ -248,15 +256,18 @@ static void take_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     }
 }
 
-qw_vec3 *qw_motion_at_points(qw_env *env, const qw_clean *clean, const qw_vec3 *motion, const qw_vec3 *point,
-                             const qw_vec3 *normal, uint32_t count)
+qw_motion_field *qw_motion_begin(qw_env *env, const qw_clean *clean, const qw_vec3 *motion)
 {
     assert(motion);
-    qw_vec3 *taken = QW_NEW(env, qw_vec3, count);
-    qw_scope_begin(env);
-    taking t = {&clean->mesh, qw_bvh_build(env, &clean->mesh), lines_of_clean(env, clean, motion), point, normal,
-                taken};
+    qw_motion_field *field = QW_NEW(env, qw_motion_field, 1);
+    *field = (qw_motion_field){&clean->mesh, qw_bvh_build(env, &clean->mesh), lines_of_clean(env, clean, motion)};
+    return field;
+}
+
+qw_vec3 *qw_motion_at_points(qw_env *env, const qw_motion_field *field, const qw_vec3 *point, const qw_vec3 *normal,
+                             uint32_t count)
+{
+    taking t = {field, point, normal, QW_NEW(env, qw_vec3, count)};
     qw_parallel(env, count, QW_GRAIN_HEAVY, take_block, &t);
-    qw_scope_end(env);
-    return taken;
+    return t.taken;
 }

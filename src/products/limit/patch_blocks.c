@@ -1,17 +1,12 @@
 #include "products/limit/patch_blocks.h"
 
 #include "base/sets.h"
+#include "products/limit/patches.h"
 #include "products/limit/stencils.h"
 
 #include <assert.h>
 #include <math.h>
 #include <string.h>
-
-enum { ROUNDS = 12 /* of cutting rings open */ };
-
-/* Where the points of a patch lie as seen from corner i of its quad: the corner itself, steps ahead along its
-   half-edge, and up, back along the one before. */
-static const int CORNER[4] = {0, 12, 15, 3}, AHEAD[4] = {4, 1, -4, -1}, UP[4] = {1, -4, -1, 4};
 
 typedef struct joining {
     qw_env *env;
@@ -22,10 +17,9 @@ typedef struct joining {
     uint32_t *block;  /* uint32_t[faces], sets */
     uint32_t *edge;   /* uint32_t[half-edges]: the long edge that each is part of, or QW_NONE */
     uint32_t *way;    /* uint32_t[half-edges]: of one side */
+    uint32_t cuts;    /* vertices that were made special */
     qw_patch_blocks *out;
 } joining;
-
-static bool is_sharp(const qw_quadmesh *q, uint32_t h) { return q->twin[h] == QW_NONE || (q->mark && q->mark[h]); }
 
 /* The half-edge that goes straight on from the head of h, which is no boundary. */
 static uint32_t straight_on(const qw_quadmesh *q, uint32_t h)
@@ -46,7 +40,7 @@ static void find_special(joining *j)
         bool is_regular = rule[v] != QW_RULE_CORNER && valence == (is_open ? 3 : 4);
         uint32_t count = 0;
         for (uint32_t i = 0; is_regular && i < 4 && h != QW_NONE; i++, h = qw_quad_around(q, h))
-            count += sharp[i] = is_sharp(q, h);
+            count += sharp[i] = qw_is_sharp_side(q, h);
         if (is_open) is_regular &= count <= 1; /* the other end of the boundary is no outgoing half-edge */
         else is_regular &= count == 0 || (count == 2 && sharp[0] == sharp[2]);
         j->special[v] = !is_regular;
@@ -63,19 +57,12 @@ static void trace_lines(joining *j)
 {
     const qw_quadmesh *q = j->quads;
     uint32_t sides = 4 * q->face_count;
-    for (uint32_t h = 0; h < sides; h++) j->line[h] = is_sharp(q, h);
-    for (uint32_t h = 0; h < sides; h++) {
-        for (int twice = 0; twice < 2; twice++) { /* a half-edge of a boundary has no twin that leaves the vertex */
-            uint32_t at = twice ? qw_quad_prev(h) : h, from = twice ? q->twin[at] : at;
-            if (from == QW_NONE || !j->special[q->corner[from]]) continue;
-            for (uint32_t steps = 0; at != QW_NONE && steps < sides; steps++) {
-                at = steps == 0 ? from : at;
-                mark(j, at);
-                if (j->special[q->corner[qw_quad_next(at)]]) break;
-                at = straight_on(q, at);
-            }
+    for (uint32_t h = 0; h < sides; h++) j->line[h] = qw_is_sharp_side(q, h);
+    for (uint32_t h = 0; h < sides; h++)
+        for (uint32_t at = j->special[q->corner[h]] ? h : QW_NONE; at != QW_NONE;) {
+            mark(j, at);
+            at = j->special[q->corner[qw_quad_next(at)]] ? QW_NONE : straight_on(q, at);
         }
-    }
     qw_sets_begin(j->block, q->face_count);
     for (uint32_t h = 0; h < sides; h++)
         if (!j->line[h]) qw_join_sets(j->block, h / 4, q->twin[h] / 4);
@@ -110,22 +97,30 @@ static bool find_grid(const joining *j, uint32_t h, uint32_t faces, grid *g)
     return (uint64_t)g->size[0] * g->size[1] == faces;
 }
 
-/* A ring without a corner is cut at a vertex of its border and half way around. */
+/* Cuts what lies along j->way into two to eight pieces: readers project the edges of a face onto it, and on one that
+   winds far around there may be two places for them. */
+static void cut_way(joining *j, uint32_t length)
+{
+    uint32_t pieces = length < 24 ? 2 : length < 64 ? length / 8 : 8;
+    for (uint32_t k = 0; k < length; k++) {
+        uint8_t *special = &j->special[j->quads->corner[j->way[k]]];
+        if (k * pieces % length >= pieces || *special) continue;
+        *special = 1, j->cuts++;
+    }
+}
+
+/* A ring without a corner is cut at vertices of its border; what has no border, at any, both ways. */
 static void cut_ring(joining *j, uint32_t h, uint32_t faces)
 {
     assert(h < 4 * j->quads->face_count);
-    const qw_quadmesh *q = j->quads;
     uint32_t length = 0, at = h;
-    do at = straight_on(q, at), length++;
+    do j->way[length++] = at, at = straight_on(j->quads, at);
     while (at != h && at != QW_NONE && length <= faces);
-    j->special[q->corner[h]] = 1;
-    at = h;
-    for (uint32_t k = 0; k < length / 2 && at != QW_NONE; k++) at = straight_on(q, at);
-    if (at != QW_NONE) j->special[q->corner[at]] = 1;
+    cut_way(j, length);
 }
 
-/* All blocks as grids: their number; 0 where one had to be cut, and QW_NONE where one is no grid, or has no border, as
-   a torus without irregular vertices. */
+/* All blocks as grids: their number; 0 where one had to be cut, one in each shell, as lines from there may cut the
+   others; QW_NONE where one is no grid. */
 static uint32_t find_grids(joining *j, grid *grids)
 {
     const qw_quadmesh *q = j->quads;
@@ -138,14 +133,17 @@ static uint32_t find_grids(joining *j, grid *grids)
         if (j->line[h]) border[b] = h;
         if (j->line[h] && j->line[qw_quad_prev(h)]) begin[b] = h;
     }
-    bool is_cut = false;
+    uint8_t *is_cut = QW_NEW_ZERO(j->env, uint8_t, j->patches->shell_count);
+    bool any_cut = false;
     for (uint32_t b = 0; b < n; b++) {
         if (faces[b] == 0) continue;
-        if (border[b] == QW_NONE) return QW_NONE;
-        if (begin[b] == QW_NONE) cut_ring(j, border[b], faces[b]), is_cut = true;
-        else if (!find_grid(j, begin[b], faces[b], &grids[count++])) return QW_NONE;
+        if (begin[b] == QW_NONE) {
+            if (!is_cut[j->patches->shell[b]]) cut_ring(j, border[b] == QW_NONE ? 4 * b : border[b], faces[b]);
+            if (border[b] == QW_NONE) cut_ring(j, q->twin[4 * b + 3], faces[b]);
+            is_cut[j->patches->shell[b]] = any_cut = true;
+        } else if (!find_grid(j, begin[b], faces[b], &grids[count++])) return QW_NONE;
     }
-    return is_cut ? 0 : count;
+    return any_cut ? 0 : count;
 }
 
 /* ---- what is written */
@@ -175,7 +173,7 @@ static uint32_t third_of(uint32_t i, uint32_t count)
 static uint32_t point_on(const joining *j, uint32_t h, uint32_t i)
 {
     const qw_patches *p = j->patches;
-    return p->face[h / 4][CORNER[h % 4] + (int)i * AHEAD[h % 4]];
+    return p->face[h / 4][QW_PATCH_CORNER[h % 4] + (int)i * QW_PATCH_AHEAD[h % 4]];
 }
 
 static void add_edge(joining *j, uint32_t count)
@@ -206,8 +204,7 @@ static bool add_sides(joining *j, const grid *g, uint32_t b)
         o->side[b][k] = j->edge[first];
         for (int i = 0; i < k; i++) {
             if (o->side[b][i] != o->side[b][k]) continue;
-            count = list_side(j, g, k - 1);
-            j->special[j->quads->corner[j->way[count / 2]]] = 1;
+            cut_way(j, list_side(j, g, k - 1));
             return false;
         }
     }
@@ -228,7 +225,8 @@ static void add_points(joining *j, const grid *g, uint32_t b)
                 for (uint32_t k = from; k < c; k++) {
                     int i = (int)(third_of(r, m) - 3 * x), up = (int)(third_of(k, n) - 3 * y);
                     o->point[at + (size_t)r * columns + k] =
-                        j->patches->face[h / 4][CORNER[h % 4] + i * AHEAD[h % 4] + up * UP[h % 4]];
+                        j->patches
+                            ->face[h / 4][QW_PATCH_CORNER[h % 4] + i * QW_PATCH_AHEAD[h % 4] + up * QW_PATCH_UP[h % 4]];
                 }
     }
     o->span[b][0] = m, o->span[b][1] = n;
@@ -258,7 +256,8 @@ qw_patch_blocks *qw_join_patches(qw_env *env, const qw_quadmesh *q, const qw_pat
     j.way = QW_NEW(env, uint32_t, sides);
     grid *grids = qw_alloc(env, q->face_count, sizeof *grids);
     find_special(&j);
-    for (int round = 0; round < ROUNDS; round++) {
+    for (uint32_t cuts = QW_NONE; cuts != j.cuts;) {
+        cuts = j.cuts;
         trace_lines(&j);
         uint32_t count = find_grids(&j, grids);
         if (count == QW_NONE) return NULL;

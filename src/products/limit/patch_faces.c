@@ -225,9 +225,23 @@ static void add_face(const flattening *t, uint32_t b, const uint32_t *side, uint
     for (int k = 0; k < 3; k++)
         o->surface[o->count].point[k] = p->point[k], o->surface[o->count].axis[k] = sign * p->axis[k];
     o->outer[o->count] = p->kind == QW_PLANE ? largest : QW_NONE, o->block[o->count] = b;
+    o->of_block[b] = o->count;
     o->loop_first[++o->count] = o->loop_count;
-    for (uint32_t i = 0; i < t->blocks->count; i++)
-        if (qw_set_of(t->set, i) == b) o->of_block[i] = o->count - 1;
+}
+
+/* Border sides of each set: side[first[b] .. first[b + 1]) of that whose first block is b. */
+static void list_borders(const flattening *t, uint32_t *first, uint32_t *side)
+{
+    uint32_t n = t->blocks->count, sides = 2 * t->blocks->edge_count;
+    for (int fill = 0; fill < 2; fill++) {
+        for (uint32_t s = sides; s-- > 0;) {
+            if (t->owner[s] == QW_NONE || !is_border(t, s)) continue;
+            uint32_t *at = &first[qw_set_of(t->set, t->owner[s])];
+            if (fill) side[--*at] = s;
+            else ++*at;
+        }
+        for (uint32_t b = 0; b < n && !fill; b++) first[b + 1] += first[b];
+    }
 }
 
 /* ---- borders */
@@ -304,7 +318,8 @@ qw_patch_faces *qw_find_patch_faces(qw_env *env, const qw_patches *patches, cons
                                     const qw_primitive *designed, const uint32_t *of_cell)
 {
     assert(patches->point && blocks->count > 0);
-    uint32_t n = blocks->count, *side = QW_NEW(env, uint32_t, 2 * (size_t)blocks->edge_count);
+    uint32_t n = blocks->count, *side = QW_NEW(env, uint32_t, 2 * (size_t)blocks->edge_count),
+             *first = QW_NEW_ZERO(env, uint32_t, (size_t)n + 1);
     qw_patch_faces *o = QW_NEW_ZERO(env, qw_patch_faces, 1);
     flattening t = {.env = env, .patches = patches, .blocks = blocks, .out = o};
     t.surface = qw_alloc_zero(env, n, sizeof *t.surface), t.set = QW_NEW(env, uint32_t, n),
@@ -319,12 +334,11 @@ qw_patch_faces *qw_find_patch_faces(qw_env *env, const qw_patches *patches, cons
     memset(o->of_block, 0xff, n * sizeof *o->of_block);
     find_surfaces(&t, designed, of_cell);
     join_blocks(&t);
+    list_borders(&t, first, side);
     for (uint32_t b = 0; b < n; b++) {
-        if (t.surface[b].kind == QW_PRIMITIVE_KINDS || qw_set_of(t.set, b) != b) continue;
-        uint32_t count = 0;
-        for (uint32_t s = 0; s < 2 * blocks->edge_count; s++)
-            if (t.owner[s] != QW_NONE && qw_set_of(t.set, t.owner[s]) == b && is_border(&t, s)) side[count++] = s;
-        add_face(&t, b, side, count);
+        uint32_t whole = qw_set_of(t.set, b);
+        if (whole != b) o->of_block[b] = o->of_block[whole];
+        else if (t.surface[b].kind != QW_PRIMITIVE_KINDS) add_face(&t, b, side + first[b], first[b + 1] - first[b]);
     }
     settle_borders(&t);
     return o;

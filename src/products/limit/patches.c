@@ -21,8 +21,6 @@ typedef struct patching {
     uint32_t edges;
 } patching;
 
-static bool is_sharp(const qw_quadmesh *q, uint32_t h) { return q->twin[h] == QW_NONE || (q->mark && q->mark[h]); }
-
 static double *inner_point(const patching *t, uint32_t h)
 {
     return t->point + 3 * ((size_t)t->quads->vertex_count + 2 * (size_t)t->edges + h);
@@ -37,9 +35,9 @@ static void add(double sum[3], const patching *t, uint32_t v, double weight)
 static uint32_t sector_size(const qw_quadmesh *q, uint32_t h)
 {
     uint32_t count = 1, at = h;
-    while (!is_sharp(q, qw_quad_prev(at)) && (at = qw_quad_around(q, at)) != h) count++;
+    while (!qw_is_sharp_side(q, qw_quad_prev(at)) && (at = qw_quad_around(q, at)) != h) count++;
     if (at == h && count > 1) return count;
-    for (at = h; !is_sharp(q, at); count++) at = qw_quad_next(q->twin[at]);
+    for (at = h; !qw_is_sharp_side(q, at); count++) at = qw_quad_next(q->twin[at]);
     return count;
 }
 
@@ -67,7 +65,7 @@ static void place_on_edge(const patching *t, uint32_t h, double *out)
     assert(h < 4 * t->quads->face_count);
     const qw_quadmesh *q = t->quads;
     double sum[3] = {0, 0, 0};
-    if (is_sharp(q, h)) {
+    if (qw_is_sharp_side(q, h)) {
         add(sum, t, q->corner[h], 2.0 / 3), add(sum, t, q->corner[qw_quad_next(h)], 1.0 / 3);
     } else {
         const double *a = inner_point(t, h), *b = inner_point(t, qw_quad_next(q->twin[h]));
@@ -108,16 +106,14 @@ static void number_edges(patching *t)
 static void fill_face(const patching *t, uint32_t f, uint32_t grid[16], uint32_t side[4], uint8_t is_along[4])
 {
     assert(f < t->quads->face_count);
-    /* of each corner: where it lies in the grid, and the steps ahead along its half-edge and back along the one before
-     */
-    static const int corner[4] = {0, 12, 15, 3}, ahead[4] = {4, 1, -4, -1}, back[4] = {1, -4, -1, 4};
     const qw_quadmesh *q = t->quads;
     for (uint32_t i = 0; i < 4; i++) {
         uint32_t h = 4 * f + i, before = qw_quad_prev(h);
-        grid[corner[i]] = q->corner[h];
-        grid[corner[i] + ahead[i]] = edge_point(t, h, true);
-        grid[corner[i] + back[i]] = edge_point(t, before, false);
-        grid[corner[i] + ahead[i] + back[i]] = q->vertex_count + 2 * t->edges + h;
+        uint32_t *at = grid + QW_PATCH_CORNER[i];
+        at[0] = q->corner[h];
+        at[QW_PATCH_AHEAD[i]] = edge_point(t, h, true);
+        at[QW_PATCH_UP[i]] = edge_point(t, before, false);
+        at[QW_PATCH_AHEAD[i] + QW_PATCH_UP[i]] = q->vertex_count + 2 * t->edges + h;
         side[i] = t->edge_of[h], is_along[i] = q->twin[h] == QW_NONE || h < q->twin[h];
     }
 }

@@ -9,6 +9,16 @@
 #include "io/step.h"
 #include "geometry/quadmesh.h"
 
+/* Where the points of a patch lie as seen from corner i of its quad: the corner itself, steps ahead along its
+   half-edge, and up, back along the one before. */
+static const int QW_PATCH_CORNER[4] = {0, 12, 15, 3}, QW_PATCH_AHEAD[4] = {4, 1, -4, -1},
+                 QW_PATCH_UP[4] = {1, -4, -1, 4};
+
+static inline bool qw_is_sharp_side(const qw_quadmesh *q, uint32_t h)
+{
+    return q->twin[h] == QW_NONE || (q->mark && q->mark[h]);
+}
+
 /* quads: linked, with their marks and kinds; position: double[quads->vertex_count][3]. In the current scope. */
 qw_patches qw_make_patches(qw_env *env, const qw_quadmesh *quads, const double *position);
 

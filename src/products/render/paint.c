@@ -67,6 +67,38 @@ static void mark_lines(scene *s, const qw_base_complex *b)
     }
 }
 
+/* The next half-edge straight on from one inside; QW_NONE: a boundary. */
+static uint32_t straight_on(const qw_base_complex *b, uint32_t h)
+{
+    uint32_t across = b->twin[qw_quad_next(h)];
+    return across == QW_NONE ? QW_NONE : qw_quad_next(across);
+}
+
+static void mark_rings(qw_env *env, scene *s, const qw_base_complex *b)
+{
+    uint8_t *seen = QW_NEW_ZERO(env, uint8_t, 4 * (size_t)b->quads);
+    uint32_t *passed = QW_NEW_ZERO(env, uint32_t, s->mesh->vertex_count);
+    s->closed = true;
+    for (uint32_t h = 0; h < 4 * b->quads; h++) {
+        if (seen[h] || b->line[h]) continue; /* no line of an irregular vertex closes */
+        bool is_ring = true;
+        uint32_t at = h;
+        do {
+            seen[at] = seen[b->twin[at]] = 1;
+            is_ring &= passed[b->corner[at]] != h + 1, passed[b->corner[at]] = h + 1;
+            at = straight_on(b, at);
+        } while (at != QW_NONE && !seen[at]);
+        if (at != h || !is_ring) continue;
+        s->rings++;
+        do {
+            const uint32_t sides[] = {at, b->twin[at]};
+            for (int k = 0; k < 2; k++)
+                s->edge_kind[s->edges.face_begin[b->face[sides[k] / 4]] + sides[k] % 4] = SCENE_RING;
+            at = straight_on(b, at);
+        } while (at != h);
+    }
+}
+
 /* ---- own colours */
 
 /* Where in a at->values a corner's element begins. */
@@ -117,7 +149,7 @@ static void paint_own(scene *s, const render_panel *panel)
 
 void scene_paint(qw_env *env, scene *s, const render_panel *panel, const render_options *options)
 {
-    if (!options->own_colours && !options->follow && !options->lines && !options->chord) return;
+    if (!options->own_colours && !options->follow && !options->lines && !options->closed && !options->chord) return;
     s->paint = qw_alloc_zero(env, s->mesh->face_count, sizeof *s->paint);
     if (options->own_colours) paint_own(s, panel);
     qw_scope_begin(env);
@@ -125,5 +157,6 @@ void scene_paint(qw_env *env, scene *s, const render_panel *panel, const render_
     if (options->follow) paint_angles(env, s, &b, options->follow);
     if (options->chord) paint_chord(s, &b, options->chord);
     if (options->lines) mark_lines(s, &b);
+    if (options->closed) mark_rings(env, s, &b);
     qw_scope_end(env);
 }

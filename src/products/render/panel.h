@@ -24,6 +24,7 @@ typedef struct render_options {
     const qw_mesh_view *follow;
     bool own_colours;          /* faces have the mesh's own colours, or one for each material or group */
     bool lines;                /* lines of the base complex: straight on from irregular vertices */
+    bool closed;               /* rings: loops of edges that go straight on, close and pass no vertex twice */
     uint32_t chord;            /* colours one strip of quads: 1 is the longest; 0: none */
     double azimuth, elevation; /* degrees, of the first view: to the right of the front (+z), and above it (+y) */
     uint32_t threads;          /* 0: one a processor; never changes the picture */

@@ -218,6 +218,11 @@ static void write_paint(pen *p, const scene *s)
         p->x += 2.0f * p->size;
         write_text(p, grey, text);
     }
+    if (s->closed) {
+        snprintf(text, sizeof text, "%" PRIu32 " rings", s->rings);
+        p->x += 2.0f * p->size;
+        write_text(p, grey, text);
+    }
     if (s->chord > 0) {
         snprintf(text, sizeof text,
                  "chord %" PRIu32 " of %" PRIu32 ": %" PRIu32 " quads, crosses itself %" PRIu32 " times", s->chord,

@@ -303,7 +303,8 @@ static void add(colour *a, colour b, float s) { a->r += s * b.r, a->g += s * b.g
 
 static const colour front_material = {0.70f, 0.685f, 0.655f}, back_material = {0.46f, 0.26f, 0.30f};
 static const colour wire_colour = {0.012f, 0.016f, 0.026f}, boundary_colour = {0.0f, 0.16f, 0.20f},
-                    broken_colour = {0.80f, 0.0f, 0.50f}, line_colour = {0.0f, 0.05f, 0.42f};
+                    broken_colour = {0.80f, 0.0f, 0.50f}, line_colour = {0.0f, 0.05f, 0.42f},
+                    ring_colour = {0.0f, 0.36f, 0.12f};
 
 /* A warm light from the upper left, a cool one from the right, and the sky; all hang on the camera. */
 static colour lit(colour material, qw_vec3 n, float open, float shine)
@@ -334,18 +335,18 @@ static float distance_to_side(raster_point a, raster_point b, float x, float y)
 static colour with_wires(const view *v, uint32_t face, float x, float y, colour c)
 {
     const scene *s = v->scene;
-    float nearest[SCENE_KINDS] = {INFINITY, INFINITY, INFINITY, INFINITY};
+    float nearest[SCENE_KINDS] = {INFINITY, INFINITY, INFINITY, INFINITY, INFINITY};
     uint32_t begin = s->edges.face_begin[face], end = s->edges.face_begin[face + 1];
     for (uint32_t k = begin; k < end; k++) {
         float *d = &nearest[s->edge_kind[k]];
         *d = smaller(*d, distance_to_side(v->points[s->mesh->corners[k]],
                                           v->points[s->mesh->corners[k + 1 == end ? begin : k + 1]], x, y));
     }
-    const colour colours[SCENE_KINDS] = {wire_colour, boundary_colour, broken_colour, line_colour};
+    const colour colours[SCENE_KINDS] = {wire_colour, boundary_colour, broken_colour, line_colour, ring_colour};
     const float widths[SCENE_KINDS] = {v->line * (0.5f + 0.5f * v->fade[face]), 2.6f * v->line, 3.2f * v->line,
-                                       2.4f * v->line};
+                                       2.4f * v->line, 2.4f * v->line};
     /* beside lines the plain wires stand back */
-    const float strengths[SCENE_KINDS] = {(s->lines ? 0.4f : 0.88f) * v->fade[face], 1, 1, 1};
+    const float strengths[SCENE_KINDS] = {(s->lines || s->closed ? 0.4f : 0.88f) * v->fade[face], 1, 1, 1, 1};
     for (int kind = 0; kind < SCENE_KINDS; kind++) {
         float width = widths[kind] + 0.5f;
         if (nearest[kind] > width * width) continue;

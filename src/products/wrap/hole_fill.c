@@ -23,14 +23,10 @@ static float triangle_area(const qw_hole_rim *r, uint32_t a, uint32_t b, uint32_
     return 0.5f * qw_length(qw_cross(qw_sub(r->position[b], r->position[a]), qw_sub(r->position[c], r->position[a])));
 }
 
-static bool beside_each_other(const qw_hole_rim *r, uint32_t a, uint32_t b)
-{
-    return (a + 1) % r->count == b || (b + 1) % r->count == a;
-}
-
+/* Whether two vertices that are no neighbours on the rim are joined already. */
 static bool is_taken(const qw_hole_rim *r, uint32_t a, uint32_t b)
 {
-    return !beside_each_other(r, a, b) && r->is_joined(r->user, a, b);
+    return (a + 1) % r->count != b && (b + 1) % r->count != a && r->is_joined(r->user, a, b);
 }
 
 static float cost_of(const qw_hole_rim *r, uint32_t a, uint32_t b, uint32_t c)

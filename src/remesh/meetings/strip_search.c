@@ -62,8 +62,6 @@ typedef struct strip_search {
 
 /* ---- moves */
 
-static bool is_held(const qw_complex *c, uint32_t v) { return c->fixed[v / 2] & (v & 1u ? QW_FIXED_Y : QW_FIXED_X); }
-
 static void add_move(qw_env *env, moves *m, const qw_complex *c, const qw_int2 *had)
 {
     for (uint32_t e = 0; e < c->edge_count; e++) {
@@ -87,7 +85,7 @@ static moves find_moves(qw_env *env, const qw_complex *of)
     for (uint32_t e = 0; e < c.edge_count; e++) c.real[e] = (qw_real2){(float)of->d[e].x, (float)of->d[e].y};
     for (uint32_t v = 0; v < 2 * c.edge_count; v++) {
         memcpy(c.d, of->d, c.edge_count * sizeof *c.d);
-        if (!is_held(of, v) && qw_step_offsets(env, &c, v, 1, QW_LONGEST_WALK, QW_MOST_WALK_COST))
+        if (!qw_is_fixed(of->fixed[v / 2], v) && qw_step_offsets(env, &c, v, 1, QW_LONGEST_WALK, QW_MOST_WALK_COST))
             add_move(env, &m, &c, of->d);
     }
     return m;

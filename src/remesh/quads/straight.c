@@ -41,7 +41,8 @@ static qw_flip judge(const making *m, const qw_quadmesh *q)
 {
     if (q->face_count == 0) return QW_FLIPPED;
     qw_quad_census census = qw_quadmesh_census(m->env, q);
-    bool is_sound = census.double_edges == 0 && census.degenerate_faces == 0 && census.components == 1 &&
+    bool is_sound = (census.euler != 2 || q->face_count >= QW_LEAST_SHELL) && census.double_edges == 0 &&
+                    census.degenerate_faces == 0 && census.components == 1 &&
                     census.boundary_loops == m->census.boundary_loops && census.euler == m->census.euler;
     double edge = fmin(sqrt(m->area / q->face_count), m->plan->most_edge);
     qw_flip_judge flips = {.surface = m->part, .tree = m->tree, .edge = (float)edge};

@@ -30,11 +30,6 @@ static ends ends_of(const qw_network *net, const qw_complex *c, uint32_t variabl
     return x;
 }
 
-static bool is_variable(const qw_complex *c, uint32_t v)
-{
-    return !(c->fixed[v / 2] & (v & 1u ? QW_FIXED_Y : QW_FIXED_X));
-}
-
 /* The double cover: copy n of a row, copy n + rows of its negative, and one ground for both. Four arcs a variable: up,
    up mirrored, down, down mirrored. */
 typedef struct cover {
@@ -71,7 +66,7 @@ static cover build_cover(qw_env *env, const qw_network *net, const qw_complex *c
     cover k = {.rows = net->node_count - 1};
     k.variable = QW_NEW(env, uint32_t, (size_t)2 * c->edge_count);
     for (uint32_t v = 0; v < 2 * c->edge_count; v++)
-        if (is_variable(c, v)) k.variable[k.count++] = v;
+        if (!qw_is_fixed(c->fixed[v / 2], v)) k.variable[k.count++] = v;
     size_t arcs = (size_t)4 * k.count;
     k.tail = QW_NEW(env, uint32_t, arcs), k.head = QW_NEW(env, uint32_t, arcs);
     k.capacity = QW_NEW(env, int32_t, arcs), k.cost = QW_NEW(env, int32_t, arcs),

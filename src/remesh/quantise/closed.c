@@ -42,11 +42,6 @@ typedef struct rows {
     double *diagonal;
 } rows;
 
-static bool is_constrained(const qw_offset_mesh *m, uint32_t e, unsigned k)
-{
-    return (m->fixed[e] & (k ? QW_FIXED_Y : QW_FIXED_X)) != 0;
-}
-
 /* The rows of the normal equations: one for each of a triangle's two coordinates, with its neighbours' across its
  * three edges. */
 static void fill_rows(void *user, uint32_t block, uint32_t begin, uint32_t end)
@@ -62,7 +57,7 @@ static void fill_rows(void *user, uint32_t block, uint32_t begin, uint32_t end)
             uint32_t h = 3 * f + i, e = m->edge[h], t = m->twin[h];
             float w = weight_inverse(r->own, r->stiffness, e);
             for (unsigned k = 0; k < 2; k++) {
-                if (is_constrained(m, e, k)) continue;
+                if (qw_is_fixed(m->fixed[e], k)) continue;
                 qw_row here = qw_row_of(m->rot[h], k);
                 uint32_t row = 2 * f + here.row;
                 r->diagonal[row] += (double)w;
@@ -86,7 +81,7 @@ static void fill_right(void *user, uint32_t block, uint32_t begin, uint32_t end)
         for (uint32_t h = 3 * f; h < 3 * f + 3; h++)
             for (unsigned k = 0; k < 2; k++) {
                 uint32_t e = m->edge[h];
-                if (is_constrained(m, e, k)) continue;
+                if (qw_is_fixed(m->fixed[e], k)) continue;
                 qw_row here = qw_row_of(m->rot[h], k);
                 r->right[2 * f + here.row] += (float)here.sign * (k ? m->real[e].y : m->real[e].x);
             }
@@ -121,8 +116,8 @@ static void correct_edges(void *user, uint32_t block, uint32_t begin, uint32_t e
             }
         }
         float w = weight_inverse(c->own, c->stiffness, e);
-        c->closed[e].x = is_constrained(m, e, 0) ? 0 : bounded(m->real[e].x - w * sum[0]);
-        c->closed[e].y = is_constrained(m, e, 1) ? 0 : bounded(m->real[e].y - w * sum[1]);
+        c->closed[e].x = qw_is_fixed(m->fixed[e], 0) ? 0 : bounded(m->real[e].x - w * sum[0]);
+        c->closed[e].y = qw_is_fixed(m->fixed[e], 1) ? 0 : bounded(m->real[e].y - w * sum[1]);
     }
 }
 

@@ -174,8 +174,8 @@ static bool settle_area(qw_env *env, evening *e, qw_complex *c, double *work)
     return is_within && qw_count_touching(env, e->component, c->d) <= e->touching;
 }
 
-void qw_make_curves_even(qw_env *env, const qw_component *component, qw_complex *c, double least_area, double most_area,
-                         double *work)
+uint32_t qw_make_curves_even(qw_env *env, const qw_component *component, qw_complex *c, double least_area,
+                             double most_area, double *work)
 {
     assert(c->d && c->fixed && least_area <= most_area && work);
     qw_scope_begin(env);
@@ -192,8 +192,10 @@ void qw_make_curves_even(qw_env *env, const qw_component *component, qw_complex 
     uint32_t odd = e.odd;
     while (e.odd > 0 && *work > 0 && take_step(env, &e, c, work))
         if (area_off(&e, c) <= 0) memcpy(within, c->d, bytes);
-    qw_did(env, QW_MECH_EVEN_CURVES, odd - e.odd);
     if (!settle_area(env, &e, c, work)) memcpy(c->d, within, bytes);
+    e.odd = qw_count_odd_curves(&e.curves, c->d);
+    qw_did(env, QW_MECH_EVEN_CURVES, odd - e.odd);
     c->fixed = e.fixed;
     qw_scope_end(env);
+    return e.odd;
 }

@@ -24,8 +24,8 @@ uint32_t qw_count_odd_curves(const qw_closed_curves *curves, const qw_int2 *d);
    as long as fewer are odd then, no edge loses its length, no more triangles are inverted and no more curves touch;
    at last the area in quads is brought within the bounds by other curves, or as far as it was there is taken. c: the
    component's, with offsets and real lengths of the caller's. *work: triangles that may be looked at; is lowered by
-   those that were. */
-void qw_make_curves_even(qw_env *env, const qw_component *component, qw_complex *c, double least_area, double most_area,
-                         double *work);
+   those that were. Returns how many are odd. */
+uint32_t qw_make_curves_even(qw_env *env, const qw_component *component, qw_complex *c, double least_area,
+                             double most_area, double *work);
 
 #endif

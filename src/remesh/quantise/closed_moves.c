@@ -62,18 +62,13 @@ static void eliminate(equations *q)
     }
 }
 
-static bool is_fixed(const qw_complex *c, uint32_t column)
-{
-    return c->fixed[column / 2] & (column % 2 ? QW_FIXED_Y : QW_FIXED_X);
-}
-
 /* The vectors of the basis, double[count][columns], each 1 in one free column. Returns how many there are, of which
    `most` are written. */
 static uint32_t read_vectors(const equations *q, const qw_complex *c, uint32_t most, double *vector)
 {
     uint32_t count = 0;
     for (uint32_t free = 0; free < q->columns; free++) {
-        if (q->pivot[free] != QW_NONE || is_fixed(c, free) || count++ >= most) continue;
+        if (q->pivot[free] != QW_NONE || qw_is_fixed(c->fixed[free / 2], free) || count++ >= most) continue;
         double *v = vector + (size_t)(count - 1) * q->columns;
         for (uint32_t j = 0; j < q->columns; j++)
             v[j] = j == free ? 1 : q->pivot[j] == QW_NONE ? 0 : -row_of(q, q->pivot[j])[free];

@@ -10,11 +10,6 @@ typedef struct end {
     int sign;
 } end;
 
-static bool is_variable(const qw_complex *c, uint32_t e, unsigned k)
-{
-    return !(c->fixed[e] & (k ? QW_FIXED_Y : QW_FIXED_X));
-}
-
 static end end_of(const qw_complex *c, uint32_t e, unsigned k, int which, uint32_t ground)
 {
     uint32_t h = c->side[2 * e + (uint32_t)which];
@@ -41,7 +36,7 @@ static void sign_nodes(qw_env *env, const qw_complex *c, qw_network *net)
                 for (unsigned k = 0; k < 2; k++) {
                     uint32_t e = c->edge[h];
                     qw_row here = qw_row_of(c->rot[h], k);
-                    if (here.row != (node & 1u) || !is_variable(c, e, k)) continue;
+                    if (here.row != (node & 1u) || qw_is_fixed(c->fixed[e], k)) continue;
                     end there = end_of(c, e, k, c->side[2 * e] == h ? 1 : 0, ground);
                     if (there.node == ground || net->sign[there.node]) continue;
                     net->sign[there.node] = (int8_t)(-net->sign[node] * here.sign * there.sign);
@@ -71,7 +66,7 @@ static void collect_variables(const qw_complex *c, qw_network *net)
     uint32_t ground = net->node_count - 1;
     for (uint32_t e = 0; e < c->edge_count; e++)
         for (unsigned k = 0; k < 2; k++) {
-            if (!is_variable(c, e, k)) continue;
+            if (qw_is_fixed(c->fixed[e], k)) continue;
             end a = end_of(c, e, k, 0, ground), b = end_of(c, e, k, 1, ground);
             int sa = a.sign * net->sign[a.node], sb = b.node == ground ? -sa : b.sign * net->sign[b.node];
             if (a.node == b.node && sa != sb) continue; /* appears with both signs in one row: it has no effect */
@@ -187,7 +182,7 @@ static void visit_row(const qw_network *net, qw_complex *c, spreading *s, uint32
     for (uint32_t h = 3 * f; h < 3 * f + 3; h++)
         for (unsigned k = 0; k < 2; k++) {
             uint32_t e = c->edge[h];
-            if (qw_row_of(c->rot[h], k).row != (node & 1u) || !is_variable(c, e, k)) continue;
+            if (qw_row_of(c->rot[h], k).row != (node & 1u) || qw_is_fixed(c->fixed[e], k)) continue;
             if (s->state[2 * e + k] && !s->spent[origin] && change_frozen(net, c, s, 2 * e + k, origin)) continue;
             uint32_t there = end_of(c, e, k, c->side[2 * e] == h ? 1 : 0, ground).node;
             if (there == ground || s->origin[there] != QW_NONE || net->component[there] != net->component[node])

@@ -12,8 +12,8 @@
 
 /* Triangles that may be looked at, of all components, to part curves. */
 static const double PARTING_WORK = 4e5;
-/* Sizes that are tried of each component, each smaller than the last by this share, as a row of quads between curves
-   adds quads; fewer where edges times sizes are more than PARTING_EDGES. */
+/* Sizes that are tried of each component, each smaller than the last by this share, as a row of quads between curves,
+   or around one, adds quads; fewer where edges times sizes are more than PARTING_EDGES. */
 static const double PARTING_STEP = 0.01;
 enum { PARTING_SIZES = 16, PARTING_EDGES = 12000 };
 
@@ -74,22 +74,34 @@ void qw_search_part_curves(qw_env *env, qw_search *s)
         if (!s->kept[p].open) part_curves(env, s, p, &work);
 }
 
-/* Makes the closed curves of component p an even number of quads long, within the bounds of the count. */
+/* Makes the closed curves of component p an even number of quads long, within the bounds of the count: at its size and,
+   as long as some are odd, at smaller ones. */
 static void make_even(qw_env *env, qw_search *s, uint32_t p, double *work)
 {
-    qw_scope_begin(env);
     const qw_component *component = &s->components->component[p];
     double quads = s->request.quads, bound = quads * QW_COUNT_MARGIN * qw_count_tolerance(quads, s->request.times);
-    qw_trial t = qw_search_copy_kept(env, s, p);
-    qw_complex c = component->decimated.complex;
-    c.d = t.d, c.real = QW_NEW(env, qw_real2, c.edge_count);
-    qw_trial_aim(&component->decimated.complex, &t, c.real);
-    double rest = s->sum.area - qw_complex_area(&c);
-    qw_make_curves_even(env, component, &c, quads - bound - rest, quads + bound - rest, work);
-    qw_search_judge(s, &t);
-    s->sum = qw_search_exchange(s->sum, &s->kept[p], &t);
-    qw_search_copy(s, &s->kept[p], &t);
-    qw_scope_end(env);
+    double scale = s->kept[p].scale;
+    uint32_t least = QW_NONE, edges = component->decimated.complex.edge_count;
+    for (uint32_t i = 0; i < PARTING_SIZES && i * edges < PARTING_EDGES && least > 0; i++) {
+        qw_scope_begin(env);
+        qw_trial t = qw_search_copy_kept(env, s, p);
+        if (i == 0 || make_at(env, s, &t, p, scale * (1 - PARTING_STEP * i))) {
+            qw_complex c = component->decimated.complex;
+            c.d = t.d, c.real = QW_NEW(env, qw_real2, c.edge_count);
+            qw_trial_aim(&component->decimated.complex, &t, c.real);
+            double rest = s->sum.area - s->kept[p].area + t.area - qw_complex_area(&c);
+            uint32_t odd = qw_make_curves_even(env, component, &c, quads - bound - rest, quads + bound - rest, work);
+            qw_search_judge(s, &t);
+            qw_search_total sum = qw_search_exchange(s->sum, &s->kept[p], &t);
+            bool is_no_worse = t.inverted <= s->kept[p].inverted && t.touching <= s->kept[p].touching &&
+                               qw_search_miss(s, &sum) <= 0;
+            if (i == 0 || (odd < least && is_no_worse)) {
+                least = odd, s->sum = sum;
+                qw_search_copy(s, &s->kept[p], &t);
+            }
+        }
+        qw_scope_end(env);
+    }
 }
 
 void qw_search_make_even(qw_env *env, qw_search *s)

@@ -114,11 +114,6 @@ static bool is_free(const relaxation *r, uint32_t v)
 
 /* ---- planes of the quads */
 
-static qw_vec3 center_of(const relaxation *r, uint32_t f)
-{
-    return qw_quad_middle(r->position, r->quads->corner + 4 * (size_t)f);
-}
-
 /* A quad that has come to lie with its back to the surface is looked at from the surface's side; the surface's normal
    counts for little but where the quad has no area to speak of. */
 static qw_vec3 twice_area(const relaxation *r, uint32_t f, const qw_vec3 *position)
@@ -373,7 +368,7 @@ static qw_vec3 reference_at_center(const relaxation *r, uint32_t f)
     assert(f < r->quads->face_count);
     qw_quadmesh now = *r->quads;
     now.position = r->position;
-    qw_vec3 center = center_of(r, f), own = qw_quad_normal(&now, f);
+    qw_vec3 center = qw_quad_middle(r->position, r->quads->corner + 4 * (size_t)f), own = qw_quad_normal(&now, f);
     float size = sqrtf(r->wanted[f]);
     uint32_t part = component_of(r, r->quads->corner[4 * (size_t)f]);
     qw_hit hit = qw_bvh_nearest_of(r->tree, part, center, own, QW_SAME_SHEET, BELOW * size, QW_NONE);

@@ -9,7 +9,7 @@
 #include <math.h>
 #include <string.h>
 
-/* q of a neck at strength 1; how much q rises between two necks on one limb. */
+/* q of a pocket, and of other necks at strength 1; how much q rises between two necks on one limb. */
 static const double MOST_RATIO = 0.4, RISE = 1.25;
 /* Distances from so many points, far from one another, say how far out a vertex is. A tip is farther out than the
    saddle to the next by so many edges. */
@@ -26,7 +26,8 @@ enum { POINTS = 32, ROUNDS = 12 };
 typedef struct neck {
     double ratio;
     float size; /* wanted edge on it */
-    qw_vec3 point[POINTS];
+    uint8_t is_pocket, is_open;
+    qw_vec3 point[POINTS]; /* on a whole ring, or from end to end of the half that a cut leaves */
 } neck;
 
 typedef struct search {
@@ -35,6 +36,7 @@ typedef struct search {
     const qw_bvh *tree;
     const float *size;
     double most_ratio, area;
+    bool is_half;
     neck *found; /* neck[QW_MOST_NECKS] */
     size_t count;
 } search;
@@ -117,6 +119,7 @@ typedef struct levels {
     float step;                                        /* level j is at (j + 1) times this */
     double length[LEVELS], area[LEVELS], size[LEVELS]; /* size: sum of wanted sizes times length */
     int64_t euler[LEVELS];
+    uint32_t ends[LEVELS]; /* of the line, at a boundary */
 } levels;
 
 static uint32_t level_above(const levels *l, float distance)
@@ -169,6 +172,8 @@ static void measure_levels(const search *s, const float *distance, levels *l)
     }
     for (uint32_t h = 0; h < 3 * m->face_count; h++) {
         if (!qw_stands_for_edge(m, h)) continue;
+        for (uint32_t j = 0; m->twin[h] == QW_NONE && j < LEVELS; j++)
+            l->ends[j] += crosses(m, distance, h, l->step * (float)(j + 1));
         uint32_t j = level_above(l, fmaxf(distance[m->corner[h]], distance[m->corner[qw_next(h)]]));
         if (j < LEVELS) l->euler[j]--;
     }
@@ -183,13 +188,15 @@ static uint32_t way_out(const qw_trimesh *m, const float *distance, uint32_t h, 
     return crosses(m, distance, qw_next(h), at) ? qw_next(h) : qw_prev(h);
 }
 
-/* Walks along the line, which is one closed curve, and puts points on it at equal ways. False where it is not. */
-static bool trace(const search *s, const float *distance, float at, double length, qw_vec3 *point)
+/* Walks along the line, which is one closed curve, or an open one from boundary to boundary, and puts points on it at
+   equal ways. False where it is not. */
+static bool trace(const search *s, const float *distance, float at, double length, neck *n)
 {
     const qw_trimesh *m = s->mesh;
-    uint32_t first = QW_NONE, taken = 0;
+    qw_vec3 *point = n->point;
+    uint32_t first = QW_NONE, taken = 0, steps = n->is_open ? POINTS - 1 : POINTS;
     for (uint32_t h = 0; h < 3 * m->face_count && first == QW_NONE; h++)
-        if (crosses(m, distance, h, at) && m->twin[h] != QW_NONE) first = h;
+        if (crosses(m, distance, h, at) && (m->twin[h] == QW_NONE) == n->is_open) first = h;
     if (first == QW_NONE) return false;
     double gone = 0;
     qw_vec3 here = crossing(m, distance, first, at);
@@ -198,24 +205,44 @@ static bool trace(const search *s, const float *distance, float at, double lengt
         uint32_t out = way_out(m, distance, h, at);
         qw_vec3 next = crossing(m, distance, out, at);
         double step = (double)qw_distance(here, next);
-        for (; taken < POINTS && taken * length / POINTS <= gone + step; taken++) {
-            double share = step > 0 ? (taken * length / POINTS - gone) / step : 0;
+        for (; taken < POINTS && taken * length / steps <= gone + step; taken++) {
+            double share = step > 0 ? (taken * length / steps - gone) / step : 0;
             point[taken] = qw_lerp(here, next, (float)fmax(share, 0));
         }
         gone += step, here = next;
         h = m->twin[out];
-        if (h == QW_NONE || gone > 1.01 * length) return false;
-    } while (h != first);
+        if ((h == QW_NONE && !n->is_open) || gone > 1.01 * length) return false;
+    } while (h != first && h != QW_NONE);
+    if (n->is_open && taken >= POINTS - 1) point[POINTS - 1] = here, taken = POINTS;
     return taken == POINTS && gone > 0.99 * length;
 }
 
-/* Smooth and a little shorter, so that it lies in the neck; it stays on the surface. */
-static void tighten(const search *s, qw_vec3 *point)
+/* Whether the volume between what lies nearer than the curve and the middle of the curve is on the outside. */
+static bool is_pocket(const search *s, const float *distance, float at, const neck *n)
+{
+    const qw_trimesh *m = s->mesh;
+    int across = n->is_open ? POINTS - 1 : POINTS / 2; /* both ends of a half lie in the cut */
+    qw_vec3 middle = qw_lerp(n->point[0], n->point[across], 0.5f);
+    double volume = 0;
+    for (uint32_t f = 0; f < m->face_count; f++) {
+        const uint32_t *c = m->corner + 3 * (size_t)f;
+        if (fmaxf(fmaxf(distance[c[0]], distance[c[1]]), distance[c[2]]) <= at)
+            volume += (double)qw_dot(qw_sub(m->position[c[0]], middle), qw_face_cross(m, f));
+    }
+    return volume < 0;
+}
+
+/* Smooth and a little shorter, so that it lies in the neck; it stays on the surface. Around a limb it becomes straight:
+   steps of a quarter of it undo a slant, but they would draw the rim of a pocket in. */
+static void tighten(const search *s, neck *n)
 {
     for (int round = 0; round < ROUNDS; round++) {
         qw_vec3 moved[POINTS];
-        for (int i = 0; i < POINTS; i++) {
-            qw_vec3 middle = qw_scale(qw_add(point[(i + 1) % POINTS], point[(i + POINTS - 1) % POINTS]), 0.5f);
+        int step = n->is_pocket || n->is_open ? 1 : POINTS / 4 >> round % 4, first = n->is_open;
+        qw_vec3 *point = n->point;
+        memcpy(moved, point, sizeof moved);
+        for (int i = first; i < POINTS - first; i++) {
+            qw_vec3 middle = qw_scale(qw_add(point[(i + step) % POINTS], point[(i + POINTS - step) % POINTS]), 0.5f);
             moved[i] =
                 qw_bvh_nearest(s->tree, qw_lerp(point[i], middle, 0.5f), qw_v3(0, 0, 0), -1, INFINITY, QW_NONE).point;
         }
@@ -223,26 +250,39 @@ static void tighten(const search *s, qw_vec3 *point)
     }
 }
 
-static double length_of(const qw_vec3 *point)
+/* Of the whole ring. */
+static double length_of(const neck *n)
 {
     double sum = 0;
-    for (int i = 0; i < POINTS; i++) sum += (double)qw_distance(point[i], point[(i + 1) % POINTS]);
-    return sum;
+    for (int i = 0; i + n->is_open < POINTS; i++) sum += (double)qw_distance(n->point[i], n->point[(i + 1) % POINTS]);
+    return n->is_open ? 2 * sum : sum;
+}
+
+/* q where the level encloses a disc, which a cut may halve; else INFINITY. */
+static double ratio_at(const search *s, const levels *l, int j)
+{
+    bool is_disc = l->euler[j] == 1 && l->area[j] > 0 && l->length[j] > 0 && l->ends[j] <= (s->is_half ? 2 : 0);
+    double halves = l->ends[j] > 0 ? 2 : 1;
+    return is_disc ? halves * l->length[j] * l->length[j] / (4 * QW_PI * l->area[j]) : INFINITY;
+}
+
+/* Whether six edges fit around; of a pocket half as long ones, as it has shorter ones than are wanted without it. */
+static bool fits(double length, double size, bool is_pocket)
+{
+    return length >= QW_NECK_EDGES * size / (is_pocket ? 2 : 1);
 }
 
 static void take_neck(search *s, const levels *l, const float *distance, int j)
 {
-    neck n = {.ratio = l->length[j] * l->length[j] / (4 * QW_PI * l->area[j]),
-              .size = (float)(l->size[j] / l->length[j])};
-    if (!trace(s, distance, l->step * (float)(j + 1), l->length[j], n.point)) return;
-    tighten(s, n.point);
-    if (length_of(n.point) >= QW_NECK_EDGES * (double)n.size && s->count < QW_MOST_NECKS) s->found[s->count++] = n;
-}
-
-static double ratio_at(const levels *l, int j)
-{
-    bool is_disc = l->euler[j] == 1 && l->area[j] > 0 && l->length[j] > 0;
-    return is_disc ? l->length[j] * l->length[j] / (4 * QW_PI * l->area[j]) : INFINITY;
+    neck n = {.ratio = ratio_at(s, l, j), .size = (float)(l->size[j] / l->length[j]), .is_open = l->ends[j] > 0};
+    double at = l->step * (float)(j + 1), length = l->length[j];
+    if (!fits(length * (1 + n.is_open), (double)n.size, true)) return;
+    if (!trace(s, distance, (float)at, length, &n)) return;
+    n.is_pocket = is_pocket(s, distance, (float)at, &n);
+    tighten(s, &n);
+    bool is_wanted = n.is_pocket || n.ratio * (1 + n.is_open) <= s->most_ratio;
+    if (is_wanted && fits(length_of(&n), (double)n.size, n.is_pocket) && s->count < QW_MOST_NECKS)
+        s->found[s->count++] = n;
 }
 
 /* All minima of q along the levels from which it rises on both sides, as far as discs are inside. */
@@ -251,13 +291,12 @@ static void find_minima(search *s, const levels *l, const float *distance)
     int best = 0;
     double before = INFINITY; /* the most since the last minimum */
     for (int j = 0; j < LEVELS; j++) {
-        double q = ratio_at(l, j), least = ratio_at(l, best);
+        double q = ratio_at(s, l, j), least = ratio_at(s, l, best);
         bool goes_on = l->area[j] < MOST_INSIDE * s->area;
         if (q < least && goes_on) best = j;
         if (goes_on && j + 1 < LEVELS && !(q > RISE * least)) continue;
-        bool is_neck = least <= s->most_ratio && before > RISE * least;
-        if (is_neck && l->length[best] >= QW_NECK_EDGES * l->size[best] / l->length[best])
-            take_neck(s, l, distance, best);
+        bool is_neck = least <= MOST_RATIO && before > RISE * least;
+        if (is_neck) take_neck(s, l, distance, best);
         if (!goes_on) return;
         before = is_neck ? q : fmax(before, q), best = j;
     }
@@ -284,7 +323,7 @@ static void look_from(search *s, uint32_t seed)
 static bool are_near(const neck *a, const neck *b)
 {
     float near = fmaxf(QW_NECKS_APART * fmaxf(a->size, b->size),
-                       QW_NECKS_APART_SHARE * (float)(fmin(length_of(a->point), length_of(b->point)) / (2 * QW_PI)));
+                       QW_NECKS_APART_SHARE * (float)(fmin(length_of(a), length_of(b)) / (2 * QW_PI)));
     for (int i = 0; i < POINTS; i++)
         for (int k = 0; k < POINTS; k++)
             if (qw_distance(a->point[i], b->point[k]) < near) return true;
@@ -299,7 +338,7 @@ static qw_necks choose(search *s)
     for (size_t i = 0; i < s->count; i++) order[i] = (uint64_t)(1e9 * s->found[i].ratio) << 32 | i;
     qw_sort_u64(order, s->count);
     qw_necks necks = {0, QW_NEW(env, uint32_t, s->count + 1), QW_NEW(env, qw_vec3, s->count * (POINTS + 1)),
-                      QW_NEW(env, float, s->count)};
+                      QW_NEW(env, float, s->count), QW_NEW(env, uint8_t, s->count)};
     uint32_t *taken = QW_NEW(env, uint32_t, s->count);
     necks.begin[0] = 0;
     for (size_t i = 0; i < s->count; i++) {
@@ -308,21 +347,25 @@ static qw_necks choose(search *s)
         for (uint32_t k = 0; k < necks.count && is_new; k++) is_new = !are_near(n, &s->found[taken[k]]);
         if (!is_new) continue;
         qw_vec3 *to = necks.point + necks.begin[necks.count];
-        memcpy(to, n->point, sizeof n->point), to[POINTS] = n->point[0];
+        memcpy(to, n->point, sizeof n->point);
+        if (!n->is_open) to[POINTS] = n->point[0];
         taken[necks.count] = (uint32_t)order[i], necks.ratio[necks.count] = (float)n->ratio;
-        necks.count++, necks.begin[necks.count] = necks.begin[necks.count - 1] + POINTS + 1;
+        necks.is_pocket[necks.count] = n->is_pocket;
+        necks.count++, necks.begin[necks.count] = necks.begin[necks.count - 1] + POINTS + !n->is_open;
     }
     qw_free(env, taken), qw_free(env, order);
     return necks;
 }
 
-qw_necks qw_find_necks(qw_env *env, const qw_trimesh *surface, const qw_bvh *tree, const float *size, double strength)
+qw_necks qw_find_necks(qw_env *env, const qw_trimesh *surface, const qw_bvh *tree, const float *size, bool is_half,
+                       double strength)
 {
     assert(surface->twin && tree && size && strength > 0 && strength <= 1);
     search s = {.env = env,
                 .mesh = surface,
                 .tree = tree,
                 .size = size,
+                .is_half = is_half,
                 .most_ratio = MOST_RATIO * strength,
                 .area = qw_trimesh_area(surface)};
     qw_necks necks = {0};
@@ -334,6 +377,7 @@ qw_necks qw_find_necks(qw_env *env, const qw_trimesh *surface, const qw_bvh *tre
     if (s.count > 0) {
         necks = choose(&s);
         qw_keep(env, necks.begin), qw_keep(env, necks.point), qw_keep(env, necks.ratio);
+        qw_keep(env, necks.is_pocket);
     }
     qw_log(env, QW_LOG_DEBUG, "necks: %u seeds, %u curves, %u taken", seeds, (unsigned)s.count, necks.count);
     qw_scope_end(env);

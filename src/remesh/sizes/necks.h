@@ -18,13 +18,17 @@ enum { QW_NECK_EDGES = 6, QW_MOST_NECKS = 256 };
 
 typedef struct qw_necks {
     uint32_t count;
-    uint32_t *begin; /* uint32_t[count + 1]: points of neck i are point[begin[i]] .. point[begin[i + 1]] */
-    qw_vec3 *point;  /* on the surface, about; the last of each is its first */
-    float *ratio;    /* float[count]: q, ascending */
+    uint32_t *begin;    /* uint32_t[count + 1]: points of neck i are point[begin[i]] .. point[begin[i + 1]] */
+    qw_vec3 *point;     /* on the surface, about; the last of each is its first, except of a half */
+    float *ratio;       /* float[count]: q, ascending */
+    uint8_t *is_pocket; /* uint8_t[count]: 1: what it encloses lies inside the body, as the socket of an eye */
 } qw_necks;
 
-/* Necks with q of 0.4 times strength (0 to 1) at the most, around which six edges fit. tree: of the surface; size:
-   float[surface->vertex_count], the wanted edge lengths. In the current scope. */
-qw_necks qw_find_necks(qw_env *env, const qw_trimesh *surface, const qw_bvh *tree, const float *size, double strength);
+/* Necks with q of 0.4 times strength (0 to 1) at the most, pockets with q of 0.4, around which six edges fit, around
+   pockets half as long ones. Of what a cut halves others need half the q. tree: of the surface; size:
+   float[surface->vertex_count], the wanted edge lengths. is_half: boundaries are the cut at a plane of symmetry, which
+   halves what encloses a tip or a floor in it. In the current scope. */
+qw_necks qw_find_necks(qw_env *env, const qw_trimesh *surface, const qw_bvh *tree, const float *size, bool is_half,
+                       double strength);
 
 #endif

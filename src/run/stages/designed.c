@@ -58,15 +58,15 @@ static bool is_asked(const qw_run_state *run)
            clean->own.count == 0 && run->finished.face_count > 0;
 }
 
-/* False where the surface is no designed one. */
-static bool find(exacting *x)
+/* False where the surface is no designed one. quads: as qw_find_primitives has it. */
+static bool find(exacting *x, uint32_t quads)
 {
     qw_run_state *run = x->run;
     double angle = run->options.sharp_angle, sharp = angle < 0 ? QW_SHARP_COSINE : qw_cos(angle * QW_PI / 180);
     x->surface = run->whole.clean.mesh, x->surface.component = NULL;
     if (!qw_may_be_designed(&x->surface)) return false;
     take_positions(x);
-    x->found = qw_find_primitives(run->env, &x->surface, x->position, sharp, run->finished.face_count);
+    x->found = qw_find_primitives(run->env, &x->surface, x->position, sharp, quads);
     x->exact = (qw_exact){.found = &x->found, .surface = &x->surface, .position = x->position};
     x->exact.tree = qw_bvh_build(run->env, &x->surface);
     return true;
@@ -131,7 +131,7 @@ void qw_make_exact(qw_run_state *run, bool is_cage, bool evens)
     if (!is_asked(run)) return;
     qw_scope_begin(run->env);
     exacting x = {.run = run};
-    if (find(&x)) {
+    if (find(&x, run->finished.face_count)) {
         count_found(&x);
         x.exact.planes_only = is_cage;
         x.exact.stays = qw_list_rims(run);
@@ -145,7 +145,7 @@ const qw_primitive *qw_find_designed(qw_run_state *run, double (*point)[3], uint
 {
     exacting x = {.run = run};
     memset(of, 0xff, count * sizeof *of);
-    if (!is_asked(run) || !find(&x)) return NULL;
+    if (!is_asked(run) || !find(&x, qw_unsplit_faces(run))) return NULL;
     const qw_frame *frame = &run->whole.clean.frame;
     for (uint32_t i = 0; i < count; i++) {
         qw_hit hit = qw_bvh_nearest(x.exact.tree, qw_in_frame(frame, point[i]), qw_v3(0, 0, 0), -2, INFINITY, QW_NONE);

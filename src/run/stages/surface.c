@@ -104,6 +104,9 @@ void qw_stage_CORE(qw_run_state *run)
     run->input = *run->whole.input, run->steering = qw_steering_with_joints(run);
     run->clean = run->whole.clean, run->clean_census = run->whole.census;
     run->area = run->whole.area;
+    run->whole.motion = qw_follows_motion(run)
+                            ? qw_motion_begin(run->env, &run->whole.clean, run->whole.steering->motion)
+                            : NULL;
     run->extent = qw_total_extent(run->env, &run->clean.mesh, &run->clean_census);
     run->faces_needed = qw_faces_needed(run->env, &run->clean.mesh, &run->clean_census);
     run->mirror = (qw_mirror){.times = 1};
@@ -119,9 +122,8 @@ double qw_surface_faces(const qw_run_state *run, const qw_options *options)
 {
     double times = qw_times_used(run); /* a half is as fine as the whole would be */
     bool has_joints = run->whole.steering->joint_count > 0 && options->follow_motion > 0;
-    if (qw_may_be_thin(run) || options->rings > 0 || has_joints)
-        return qw_faces_wanted(run, options) / times; /* which parts are,
-                       and around which necks there are rings, the count decides */
+    /* the count decides which parts are thin, and around which necks and joints there are rings */
+    if (qw_may_be_thin(run) || options->rings > 0 || has_joints) return qw_faces_wanted(run, options) / times;
     double least = qw_faces_wanted(run, options) * (1 - 1e-9), faces = 1;
     while (faces < least) faces *= SURFACE_STEP;
     return faces / times;
@@ -229,9 +231,9 @@ static double dense_for(const qw_run_state *run, double edge)
    that is so much finer than most quads need that the surface is worth coarsening again. */
 static bool condense_for_sizes(qw_run_state *run, double rho)
 {
-    double strength = run->input.density || qw_follows_motion(run) || run->options.around > 0 ? 1
-                                                                                              : run->options.adaptive,
-           smallest = qw_pow(SMALLER, strength), edge = (double)CONDENSED * smallest * rho;
+    double strength = run->input.density || run->options.around > 0 ? 1 : run->options.adaptive,
+           smallest = qw_pow(SMALLER, strength) / (qw_follows_motion(run) ? (double)QW_MOST_SHORTER : 1),
+           edge = (double)CONDENSED * smallest * rho;
     if (run->surface.face_count > dense_for(run, edge)) {
         qw_scope_begin(run->env);
         float *length = QW_NEW(run->env, float, run->surface.vertex_count);
