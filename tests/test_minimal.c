@@ -90,10 +90,14 @@ static void spheres_have_six_quads(void **state)
 {
     (void)state;
     uint64_t seed = 7;
+    uint32_t made = 0;
     for (int i = 0; i < 500; i++) {
         uint32_t n = made_of(lump(&seed), (qw_straight){6, 1, INFINITY, QW_NOT_FLIPPED, false});
         assert_true(n == 0 || n >= 6);
+        made += n > 0;
     }
+    print_message("%u of 500 were made\n", made);
+    assert_true(made > 100);
 }
 
 /* The quads of a cube are its sides, facing out; of one that is inside out they face in. */

@@ -282,7 +282,8 @@ static void crowds_of_components_end_early(void **state)
 {
     (void)state;
     qw_request leaves = USUAL, few = USUAL;
-    leaves.faces_wanted = few.faces_wanted = 60000, leaves.faces_needed = 40000;
+    leaves.faces_wanted = few.faces_wanted = 60000, leaves.components = 6700;
+    few.faces_needed = 40000; /* one with many holes */
     const qw_verdict flipped = {.flipped = 60, .places = 9}, bare = {.uncovered = 60, .places = 9};
     PLAY(leaves, {QW_STAGE_RELAX, flipped, QW_NO_RETRY, 0});
     PLAY(leaves, {QW_STAGE_RELAX, bare, QW_RETRY_COVERAGE, 0});

@@ -17,7 +17,7 @@ static const double SNAP = 0.05, SNAP_QUADS = 0.02;
 /* A walk between two ends that crosses more edges than this has lost its way. */
 enum { MOST_CROSSED = 100000, MOST_WALKED = 1000 };
 /* In how many pieces a step is tried. */
-enum { MOST_PIECES = 16 };
+enum { MOST_PIECES = 16, MOST_SHEETS = 8 };
 
 typedef struct graver {
     qw_env *env;
@@ -257,18 +257,28 @@ static bool draw_step(graver *g, const stop *from, const stop *to, const qw_vec3
     return false;
 }
 
+/* The vertices in the place of v, v first, no more than MOST_SHEETS. Returns how many. */
+static uint32_t sheets_at(const graver *g, uint32_t v, uint32_t sheet[MOST_SHEETS])
+{
+    uint32_t count = 1;
+    sheet[0] = v;
+    for (uint32_t u = 0; u < g->e.vertex_count && count < MOST_SHEETS; u++)
+        if (u != v && qw_distance(at(g, u), at(g, v)) == 0) sheet[count++] = u;
+    return count;
+}
+
 /* One step, where it fails from and to the other sheets that meet at its ends: of several that are as near to a point,
    any may have been found. */
 static bool draw_on_a_sheet(graver *g, stop from, stop *to, const qw_vec3 *normal)
 {
     if (draw_step(g, &from, to, normal)) return true;
-    qw_vec3 start = at(g, from.vertex), end = at(g, to->vertex);
-    for (uint32_t u = 0; u < g->e.vertex_count; u++)
-        for (uint32_t v = 0; v < g->e.vertex_count && qw_distance(at(g, u), start) == 0; v++) {
-            if (qw_distance(at(g, v), end) > 0) continue;
-            from.vertex = u, to->vertex = v;
-            if (draw_step(g, &from, to, normal)) return true;
-        }
+    uint32_t start[MOST_SHEETS], end[MOST_SHEETS], starts = sheets_at(g, from.vertex, start),
+                                                   ends = sheets_at(g, to->vertex, end);
+    for (uint32_t i = 1; i < starts * ends; i++) {
+        from.vertex = start[i / ends], to->vertex = end[i % ends];
+        qw_heartbeat(g->env);
+        if (draw_step(g, &from, to, normal)) return true;
+    }
     return false;
 }
 

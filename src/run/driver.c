@@ -323,7 +323,8 @@ static void decide(qw_context_state *c, qw_stage stage, const qw_judgement *j)
                                       qw_times_used(&c->run),
                                       qw_finds_plane(c->run.options.symmetry),
                                       c->run.options.symmetry == QW_SYMMETRY_AUTO,
-                                      c->run.options.fast != QW_FAST_NO};
+                                      c->run.options.fast != QW_FAST_NO,
+                                      (uint32_t)c->run.core.census.components};
     qw_step step = qw_next_step(&c->history, stage);
     switch_retry(c, &step);
     if (step.cause == QW_NO_RETRY) count_kept(c, stage, step.best), go_on_with(c, stage, step.best, j);

@@ -2,6 +2,7 @@
 
 #include "base/constants.h"
 #include "base/promise.h"
+#include "geometry/quadmesh.h"
 
 #include <assert.h>
 #include <math.h>
@@ -106,7 +107,7 @@ static bool is_large(const qw_history *h)
 static bool has_many_parts(const qw_history *h)
 {
     return h->request.faces_wanted > QW_LARGE_FACES &&
-           h->request.faces_needed > QW_MANY_PARTS * h->request.faces_wanted;
+           (double)h->request.components * QW_LEAST_SHELL > QW_MANY_PARTS * h->request.faces_wanted;
 }
 
 static bool is_little_inverted(const qw_history *h)

@@ -78,6 +78,7 @@ typedef struct qw_request {
     uint32_t planes;           /* flag: a plane of symmetry may be given up for another or none */
     uint32_t symmetry_is_free; /* flag: it is, at once, where it costs quads */
     uint32_t hurries;          /* flag: the run does not go back for its coverage */
+    uint32_t components;
 } qw_request;
 
 /* Seven rounds (one for the topology, one for protrusions, four for the coverage) of eleven attempts (one for inverted

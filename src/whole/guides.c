@@ -171,15 +171,16 @@ static double edges_on(const taking *t, const qw_vec3 *point, uint32_t count, do
     return edges;
 }
 
-/* Whether a neck or a joint has room for so many edges around, a joint for so many rings across, and nothing was drawn
-   near it. */
+/* Whether a joint has room for so many edges around and rings across, as a neck had when it was found, and nothing was
+   drawn near it. */
 static bool has_room(const taking *t, const qw_vec3 *point, uint32_t count, bool is_joint)
 {
     bool is_closed = qw_distance(point[0], point[count - 1]) == 0;
     float length = 0;
     for (uint32_t i = 0; i + 1 < count; i++) length += qw_distance(point[i], point[i + 1]);
     double rows = INFINITY, edges = edges_on(t, point, count, is_joint ? &rows : NULL);
-    if (edges < (is_closed ? QW_NECK_EDGES : 0.5 * QW_NECK_EDGES) || rows < ROWS_OF_JOINT) return false;
+    if (is_joint && (edges < (is_closed ? QW_NECK_EDGES : 0.5 * QW_NECK_EDGES) || rows < ROWS_OF_JOINT)) return false;
+    if (!(edges > 0)) return false;
     float near = fmaxf(QW_NECKS_APART * length / (float)edges,
                        QW_NECKS_APART_SHARE * length / (float)(is_closed ? 2 * QW_PI : QW_PI));
     if (t->steps == 0) return true;

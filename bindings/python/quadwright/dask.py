@@ -20,7 +20,9 @@ def remesh_many(paths, out, /, *, client, retries=3, format="obj", time_limit=No
     that is there already, with its record, is not made again. time_limit (of each file), unwrap and bake as of remesh(): with bake the files are assets, and beside those in OBJ lie an
     MTL and PNG files. A worker that is lost has its models done by others, up to `retries` times.
     """
-    options.update({name: value for name, value in (("time_limit", time_limit), ("unwrap", unwrap), ("bake", bake)) if value})
+    options.update({name: value for name, value in (("unwrap", unwrap), ("bake", bake)) if value})
+    if time_limit is not None:
+        options["time_limit"] = time_limit
     paths = [os.fspath(path) for path in paths]
     targets = [os.path.join(os.fspath(out), f"{os.path.basename(path)}.quads.{format}") for path in paths]
     if len(set(targets)) != len(targets):

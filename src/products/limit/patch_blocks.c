@@ -143,6 +143,7 @@ static uint32_t find_grids(joining *j, grid *grids)
             is_cut[j->patches->shell[b]] = any_cut = true;
         } else if (!find_grid(j, begin[b], faces[b], &grids[count++])) return QW_NONE;
     }
+    qw_free(j->env, faces), qw_free(j->env, begin), qw_free(j->env, border), qw_free(j->env, is_cut);
     return any_cut ? 0 : count;
 }
 

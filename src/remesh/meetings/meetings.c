@@ -246,7 +246,7 @@ qw_meeting_counts qw_make_meetings(qw_env *env, const qw_component *component, c
     }
     qw_meeting_counts counts = {.length_before = (int64_t)s.now.lines};
     if (request->share > 0) meet_all(env, &s, &counts, request->share);
-    if (qw_uses(env, QW_MECH_STRIPS)) straighten_strips(env, &s, request->strips_share);
+    if (request->strips_share > 0 && qw_uses(env, QW_MECH_STRIPS)) straighten_strips(env, &s, request->strips_share);
     memcpy(d, s.best, s.now.source.edge_count * sizeof *d);
     counts.length_after = (int64_t)s.best_lines;
     qw_scope_end(env);

@@ -157,7 +157,7 @@ static bool is_below(qw_env *env, strip_search *s, double bound, outcome *known)
     s->now.crossing = qw_follow_strips(s->c, &s->room, bound - others).crossing_area;
     s->now.score = score_of(t, &s->now);
     s->counts++;
-    if (s->now.score >= bound) return false;
+    if (s->now.crossing > bound - others || s->now.score >= bound) return false;
     known->least = INFINITY;
     return qw_count_odd_curves(&t->curves, s->c->d) <= t->odd &&
            qw_count_touching(env, t->component, s->c->d) <= t->touching;
@@ -266,7 +266,7 @@ qw_strip_search_counts qw_search_strips(qw_env *env, const qw_meeting_terms *ter
     assert(c->d && c->real && terms->first && share >= 0);
     qw_strip_search_counts counts = {0};
     uint32_t most = (uint32_t)(share * MOST_COUNTS);
-    if (2 * (double)c->edge_count > most) return counts; /* there are more moves than are tried */
+    if (2 * (double)c->edge_count > most) return counts; /* there are more moves than counts */
     qw_scope_begin(env);
     moves all = find_moves(env, c);
     chain chains[CHAINS];

@@ -81,8 +81,8 @@ static void make_even(qw_env *env, qw_search *s, uint32_t p, double *work)
     const qw_component *component = &s->components->component[p];
     double quads = s->request.quads, bound = quads * QW_COUNT_MARGIN * qw_count_tolerance(quads, s->request.times);
     double scale = s->kept[p].scale;
-    uint32_t least = QW_NONE, edges = component->decimated.complex.edge_count;
-    for (uint32_t i = 0; i < PARTING_SIZES && i * edges < PARTING_EDGES && least > 0; i++) {
+    uint32_t least = QW_NONE, touching = 0;
+    for (uint32_t i = 0; i < PARTING_SIZES && i * s->edges < PARTING_EDGES && least > 0 && (i == 0 || *work > 0); i++) {
         qw_scope_begin(env);
         qw_trial t = qw_search_copy_kept(env, s, p);
         if (i == 0 || make_at(env, s, &t, p, scale * (1 - PARTING_STEP * i))) {
@@ -93,10 +93,11 @@ static void make_even(qw_env *env, qw_search *s, uint32_t p, double *work)
             uint32_t odd = qw_make_curves_even(env, component, &c, quads - bound - rest, quads + bound - rest, work);
             qw_search_judge(s, &t);
             qw_search_total sum = qw_search_exchange(s->sum, &s->kept[p], &t);
-            bool is_no_worse = t.inverted <= s->kept[p].inverted && t.touching <= s->kept[p].touching &&
-                               qw_search_miss(s, &sum) <= 0;
+            uint32_t touches = qw_count_touching(env, component, t.d);
+            bool is_no_worse = t.inverted <= s->kept[p].inverted && t.collapsed <= s->kept[p].collapsed &&
+                               touches <= touching && qw_search_miss(s, &sum) <= 0;
             if (i == 0 || (odd < least && is_no_worse)) {
-                least = odd, s->sum = sum;
+                least = odd, touching = touches, s->sum = sum;
                 qw_search_copy(s, &s->kept[p], &t);
             }
         }
