@@ -31,7 +31,7 @@ enum {
     MAX_TRIALS = 500, /* of a chain, moves tried */
     LEAST_TRIALS = 8000,
     TRIALS_A_QUAD = 2, /* of all chains, so that the time is bounded by the mesh */
-    LOOKED = 10000000  /* quads, in all looks at their chords */
+    LOOKS = 200        /* at all lines, likewise */
 };
 
 enum { MOVES = 1, CHAINS = 2 };
@@ -39,8 +39,6 @@ enum { MOVES = 1, CHAINS = 2 };
 enum { UNKNOWN = -1 };
 /* Added to the cost of an inner vertex of two edges. */
 enum { ALONE = 16 };
-/* What the cost falls by, at least, where such a vertex goes. */
-enum { DOUBLET = 12 };
 /* Even at the least count a hundredth of the quads may go with doublets; without a bound, where each leaves another,
    the whole mesh would go. */
 enum { DOUBLETS = 100 };
@@ -61,8 +59,9 @@ typedef struct simplifier {
     uint32_t *told;      /* [vertices], to work in */
     int64_t trials;      /* of chains, left */
     uint32_t *chord;     /* [2 quads], to work in */
-    uint32_t crossing;   /* quads of chords that cross themselves */
-    uint32_t looks;      /* at all of them, left */
+    uint32_t crossing;   /* quads of chords that cross themselves, */
+    uint32_t would;      /* and with the moves at hand */
+    int looks;           /* at all of them, left */
     bool shapeless;      /* shapes may get worse for the sake of the count; no quad may flip */
     bool curveless;      /* sharp edges may be lost, too: vertices on two of them may become one */
 } simplifier;
@@ -372,6 +371,7 @@ static void tell_around(simplifier *s, const vertices *near)
 static bool refresh(simplifier *s, const vertices *near)
 {
     if (s->told) s->kept++, tell_around(s, near);
+    s->crossing = s->would;
     for (uint32_t i = 0; i < near->count; i++) {
         s->fresh[near->list[i]] = MOVES | CHAINS;
         forget_costs_around(s, near->list[i]);
@@ -379,21 +379,16 @@ static bool refresh(simplifier *s, const vertices *near)
     return true;
 }
 
-/* Keeps the moves made since `writes`, which the shape allows, unless more quads lie in chords that cross themselves
-   then: one irregular pair less may join most of the chords to one. A doublet goes all the same. */
-static bool keep_or_undo_for_lines(simplifier *s, size_t writes, int32_t gain, const vertices *near)
+/* Whether the moves made leave no more quads in chords that cross themselves: one irregular pair less may join most of
+   the chords to one. A doublet goes all the same. */
+static bool keeps_lines(simplifier *s, int32_t gain)
 {
-    if (!s->told && s->looks > 0) {
-        s->looks--;
-        qw_heartbeat(s->e.env);
-        uint32_t now = qw_crossing_quads(&s->e.mesh, s->e.gone, s->chord);
-        if (now > s->crossing && gain > -DOUBLET && qw_uses(s->e.env, QW_MECH_PAIRS_STAY)) {
-            qw_quad_edit_undo(&s->e, writes);
-            return false;
-        }
-        s->crossing = now;
-    }
-    return refresh(s, near);
+    assert(s->crossing <= 2 * s->e.mesh.face_count);
+    if (s->told || s->looks == 0) return true;
+    s->looks--;
+    qw_heartbeat(s->e.env);
+    s->would = qw_crossing_quads(&s->e.mesh, s->e.gone, s->chord);
+    return s->would <= s->crossing || gain <= -DOUBLET_GAIN;
 }
 
 /* Keeps, smoothed, the moves made since `writes` if lines and the shape allow them; otherwise undoes them. */
@@ -402,13 +397,16 @@ static bool keep_or_undo(simplifier *s, size_t writes, const chain *c, int32_t g
 {
     assert(s->e.keeps_journal && writes <= s->e.writes);
     vertices core = {0};
+    if (!keeps_lines(s, gain)) {
+        qw_quad_edit_undo(&s->e, writes);
+        return false;
+    }
     s->round++;
     for (uint32_t i = 0; i < count; i++) add(s, &core, changed[i]);
     for (uint32_t i = 0, n = core.count; i < n; i++) add_neighbours(s, &core, core.list[i]);
     smooth(s, &core);
     shape after = shape_around(s, &core);
-    if (after.worst >= GOOD_SHAPE && after.facing >= LEAST_FACING)
-        return keep_or_undo_for_lines(s, writes, gain, &core);
+    if (after.worst >= GOOD_SHAPE && after.facing >= LEAST_FACING) return refresh(s, &core);
     qw_quad_edit_undo(&s->e, writes);
     shape before = shape_around(s, &core);
     bool at_tip = gain <= -DOUBLET_GAIN && before.facing < 0 && after.worst >= TIP_SHAPE;
@@ -417,7 +415,7 @@ static bool keep_or_undo(simplifier *s, size_t writes, const chain *c, int32_t g
     if (!at_tip && (shape_lost || after.facing < fminf(LEAST_FACING, before.facing))) return false;
     repeat(s, c);
     smooth(s, &core);
-    return keep_or_undo_for_lines(s, writes, gain, &core);
+    return refresh(s, &core);
 }
 
 /* Tries every single move at v; the best that can be kept is. */
@@ -537,7 +535,7 @@ static bool worth_a_try(simplifier *s, uint32_t v, uint8_t what)
 static void simplify(simplifier *s, qw_simplify_counts *counts)
 {
     bool any = true;
-    s->crossing = qw_crossing_quads(&s->e.mesh, s->e.gone, s->chord);
+    s->crossing = s->would = qw_crossing_quads(&s->e.mesh, s->e.gone, s->chord);
     for (int sweep = 0; sweep < MAX_SWEEPS && any; sweep++) {
         any = false;
         for (uint32_t v = 0; v < s->e.mesh.vertex_count; v++)
@@ -637,7 +635,7 @@ static simplifier make_simplifier(qw_env *env, const qw_quadmesh *mesh, const qw
     for (uint32_t v = 0; v < mesh->vertex_count; v++) s.cost[v] = UNKNOWN;
     s.fresh = QW_NEW(env, uint8_t, mesh->vertex_count);
     memset(s.fresh, MOVES | CHAINS, mesh->vertex_count);
-    s.chord = QW_NEW(env, uint32_t, 2 * (size_t)mesh->face_count), s.looks = LOOKED / (mesh->face_count + 1);
+    s.chord = QW_NEW(env, uint32_t, 2 * (size_t)mesh->face_count), s.looks = LOOKS;
     s.trials = LEAST_TRIALS + (int64_t)TRIALS_A_QUAD * mesh->face_count;
     return s;
 }
