@@ -31,7 +31,8 @@ enum {
     MAX_TRIALS = 500, /* of a chain, moves tried */
     LEAST_TRIALS = 8000,
     TRIALS_A_QUAD = 2, /* of all chains, so that the time is bounded by the mesh */
-    LOOKS = 200        /* at all lines, likewise */
+    LOOKS = 200,       /* at all lines, likewise, */
+    LOOKED = 10000000  /* and quads in all of them */
 };
 
 enum { MOVES = 1, CHAINS = 2 };
@@ -384,11 +385,13 @@ static bool refresh(simplifier *s, const vertices *near)
 static bool keeps_lines(simplifier *s, int32_t gain)
 {
     assert(s->crossing <= 2 * s->e.mesh.face_count);
-    if (s->told || s->looks == 0) return true;
+    if (s->told || s->looks == 0 || !qw_uses(s->e.env, QW_MECH_PAIRS_STAY)) return true;
     s->looks--;
     qw_heartbeat(s->e.env);
     s->would = qw_crossing_quads(&s->e.mesh, s->e.gone, s->chord);
-    return s->would <= s->crossing || gain <= -DOUBLET_GAIN;
+    bool keeps = s->would <= s->crossing || gain <= -DOUBLET_GAIN;
+    qw_acted(s->e.env, QW_MECH_PAIRS_STAY, 1), qw_kept(s->e.env, QW_MECH_PAIRS_STAY, !keeps);
+    return keeps;
 }
 
 /* Keeps, smoothed, the moves made since `writes` if lines and the shape allow them; otherwise undoes them. */
@@ -635,7 +638,7 @@ static simplifier make_simplifier(qw_env *env, const qw_quadmesh *mesh, const qw
     for (uint32_t v = 0; v < mesh->vertex_count; v++) s.cost[v] = UNKNOWN;
     s.fresh = QW_NEW(env, uint8_t, mesh->vertex_count);
     memset(s.fresh, MOVES | CHAINS, mesh->vertex_count);
-    s.chord = QW_NEW(env, uint32_t, 2 * (size_t)mesh->face_count), s.looks = LOOKS;
+    s.chord = QW_NEW(env, uint32_t, 2 * (size_t)mesh->face_count), s.looks = (int)fmin(LOOKS, LOOKED / fmax(mesh->face_count, 1));
     s.trials = LEAST_TRIALS + (int64_t)TRIALS_A_QUAD * mesh->face_count;
     return s;
 }

@@ -175,7 +175,7 @@ static bool meet_coarse(qw_env *env, qw_components *components, const qw_search 
 {
     assert(factor > 1);
     qw_search coarse = find_coarse(env, components, s, factor, &result->tries);
-    if (qw_uses(env, QW_MECH_EVEN_CURVES)) qw_search_make_even(env, &coarse);
+    if (factor % 2 == 1 && qw_uses(env, QW_MECH_EVEN_CURVES)) qw_search_make_even(env, &coarse);
     *other = *s, other->kept = QW_NEW(env, qw_trial, components->count);
     qw_search_total sum = multiply(env, &coarse, factor, s, other->kept);
     bool is_sound = sum.open <= s->sum.open && sum.inverted <= s->sum.inverted && sum.collapsed <= s->sum.collapsed &&
