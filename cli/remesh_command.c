@@ -174,8 +174,8 @@ static qw_status save_all(session *s)
 
 /* ---- the report */
 
-/* The reader's warnings, and what is said while files are written, for the report and the summary: the library's own
-   begin with the first stage. */
+/* The reader's warnings, for the report and the summary, and what is said while files are written, which comes after
+   the report: the library's own begin with the first stage. */
 static void take_note(void *user, qw_log_level level, const char *message)
 {
     session *s = user;
@@ -210,11 +210,13 @@ static qw_status measure(session *s, qw_quality *quality, bool *is_measured)
                           .progress_user = &s->meter,
                           .memory_limit = a->memory_limit};
     qw_mesh_view quads, surface = qw_mesh_get(s->input);
-    qw_meter_end(&s->meter);
     *is_measured = qw_get_mesh(s->context, &quads) == QW_OK;
     if (!*is_measured) return QW_OK;
     qw_topology topology;
+    qw_meter before = s->meter; /* measuring is no part of the bar */
+    qw_meter_end(&s->meter);
     qw_status status = qw_measure_result(s->context, s->input ? &surface : NULL, &host, &topology, quality);
+    before.late = s->meter.late, s->meter = before;
     if (status != QW_OK) snprintf(s->message, sizeof s->message, "the report: %s", qw_status_text(status));
     return status;
 }
@@ -354,6 +356,7 @@ static qw_status make_level(session *s, const qw_arguments *all, int64_t level, 
     qw_arguments one = arguments_of_level(all, level, &files);
     s->arguments = &one, s->carried = NULL, s->carried_count = 0, s->settled = NULL;
     s->writing = s->saving = s->has_transfer = s->has_asset = false;
+    int notes = s->notes.count;
     qw_status status = keep(s, qw_run(s->context, &one.options));
     if (status == QW_OK && is_in_one_file(all)) {
         s->writing = true, status = carry_attributes(s);
@@ -368,7 +371,7 @@ static qw_status make_level(session *s, const qw_arguments *all, int64_t level, 
     if (status == QW_OK && !all->quiet)
         qw_print_summary(stderr, qw_get_report(s->context), &s->notes, level == 0 ? all->input : NULL,
                          is_in_one_file(all) ? all->output : one.output, all->second_order);
-    s->arguments = all;
+    s->arguments = all, s->notes.count = notes;
     return status;
 }
 

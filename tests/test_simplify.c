@@ -186,8 +186,8 @@ static void repairs_plates(void **state)
     qw_env_destroy(env);
 }
 
-/* Pairs go from tori that moves have spoilt. Where one may go though more rows cross themselves then, more are left in the
- * end that do. */
+/* Pairs go from tori that moves have spoilt. Where one may go though more rows cross themselves then, more are left in
+ * the end that do. */
 static void rows_do_not_cross_more(void **state)
 {
     (void)state;
@@ -215,8 +215,8 @@ static void rows_do_not_cross_more(void **state)
         }
         qw_scope_end(env);
     }
-    print_message("quads in rows that cross themselves: %lld, %lld where pairs go all the same\n", (long long)crossing[0],
-                  (long long)crossing[1]);
+    print_message("quads in rows that cross themselves: %lld, %lld where pairs go all the same\n",
+                  (long long)crossing[0], (long long)crossing[1]);
     assert_true(crossing[0] < crossing[1]);
     assert_true(left < spoilt);
     qw_env_destroy(env);

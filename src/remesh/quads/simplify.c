@@ -638,7 +638,8 @@ static simplifier make_simplifier(qw_env *env, const qw_quadmesh *mesh, const qw
     for (uint32_t v = 0; v < mesh->vertex_count; v++) s.cost[v] = UNKNOWN;
     s.fresh = QW_NEW(env, uint8_t, mesh->vertex_count);
     memset(s.fresh, MOVES | CHAINS, mesh->vertex_count);
-    s.chord = QW_NEW(env, uint32_t, 2 * (size_t)mesh->face_count), s.looks = (int)fmin(LOOKS, LOOKED / fmax(mesh->face_count, 1));
+    s.chord = QW_NEW(env, uint32_t, 2 * (size_t)mesh->face_count),
+    s.looks = (int)fmin(LOOKS, LOOKED / fmax(mesh->face_count, 1));
     s.trials = LEAST_TRIALS + (int64_t)TRIALS_A_QUAD * mesh->face_count;
     return s;
 }
