@@ -91,7 +91,8 @@ typedef struct run {
 static void clean_body(void *user)
 {
     run *r = user;
-    qw_clean_input input = {s.vertices, s.faces, s.position, s.begin, s.corner, s.separate, 0, NULL, NULL, NULL, NULL};
+    qw_clean_input input = {s.vertices, s.faces, s.position, s.begin, s.corner, s.separate,
+                            0,          NULL,    NULL,       NULL,    0,        NULL};
     r->clean = qw_clean_surface(r->env, &input, s.least_share, true);
     qw_trimesh *m = &r->clean.mesh, linked = *m;
     qw_trimesh_validate(r->env, m);
@@ -771,7 +772,7 @@ static double triangulated_area(uint32_t n, const double (*xy)[2], bool all_posi
         corner[i] = vertex(xy[i][0], 3 + xy[i][1], xy[i][0] + 2 * xy[i][1]); /* in a slanted plane */
     polygon(n, corner);
     qw_env *env = qw_env_create(NULL, 1);
-    qw_clean_input input = {s.vertices, s.faces, s.position, s.begin, s.corner, false, 0, NULL, NULL, NULL, NULL};
+    qw_clean_input input = {s.vertices, s.faces, s.position, s.begin, s.corner, false, 0, NULL, NULL, NULL, 0, NULL};
     qw_triangles t = qw_triangulate(env, &input);
     assert_int_equal(t.count, n - 2);
     double sum = 0;

@@ -53,7 +53,8 @@ static qw_clean clean_grid(const shape *s)
         memcpy(corner + 4 * f, q, sizeof q);
     }
     return qw_clean_surface(
-        s->env, &(qw_clean_input){vertices, faces, position, begin, corner, false, 0, NULL, NULL, NULL, NULL}, 0, true);
+        s->env, &(qw_clean_input){vertices, faces, position, begin, corner, false, 0, NULL, NULL, NULL, 0, NULL}, 0,
+        true);
 }
 
 static void find_body(void *user)
@@ -298,7 +299,7 @@ static int64_t sharp_edges_of(const solid *s, float quad_edge)
     for (uint32_t f = 0; f <= s->face_count; f++) begin[f] = 3 * f;
     qw_clean clean = qw_clean_surface(env,
                                       &(qw_clean_input){s->vertex_count, s->face_count, s->position, begin, s->corner,
-                                                        false, 0, NULL, NULL, NULL, NULL},
+                                                        false, 0, NULL, NULL, NULL, 0, NULL},
                                       0, true);
     double used;
     int64_t count = qw_find_features(env, &clean.mesh, -1, quad_edge * (float)clean.frame.scale, &used);
@@ -394,7 +395,7 @@ static void takes_marks(void **state)
     static const uint32_t begin[] = {0, 3, 6}, corner[] = {0, 1, 2, 5, 6, 3},
                           mark[] = {6, 0, 0, 1, 1, 3, 4, 0}; /* a diagonal; a boundary; none; none */
     qw_env *env = qw_env_create(NULL, 1);
-    qw_clean_input input = {7, 2, position, begin, corner, true, 4, mark, NULL, NULL, NULL};
+    qw_clean_input input = {7, 2, position, begin, corner, true, 4, mark, NULL, NULL, 0, NULL};
     qw_clean clean = qw_clean_surface(env, &input, 0, true);
     assert_int_equal(clean.mesh.vertex_count, 4);
     assert_int_equal(qw_take_marks(env, &input, &clean.frame, &clean.mesh), 1);

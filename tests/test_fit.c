@@ -81,7 +81,7 @@ static void curves_stay_and_cuts_slide(void **state)
         qw_vec3 a = q.position[q.corner[h]], b = q.position[q.corner[qw_quad_next(h)]];
         if (fabsf(a.x - 0.5f) < 1e-6f && fabsf(b.x - 0.5f) < 1e-6f) q.mark[h] = QW_MARK_FEATURE;
     }
-    qw_fit_quads(env, &q, &(qw_fit){.tree = tree, .strength = 1, .cut = cut});
+    qw_fit_quads(env, &q, &(qw_fit){.tree = tree, .strength = 1, .cut = cut, .cuts = 1});
     uint32_t slid = 0;
     for (uint32_t v = 0; v < q.vertex_count; v++) {
         qw_vec3 p = before.position[v];

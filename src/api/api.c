@@ -116,6 +116,7 @@ static void copy_mesh(void *user)
                                   mark,
                                   NULL,
                                   NULL,
+                                  0,
                                   NULL};
 }
 

@@ -16,9 +16,10 @@ typedef struct qw_clean_input {
     uint32_t mark_count;
     const uint32_t *mark;      /* uint32_t[mark_count][2], vertices: edges that were marked */
     const qw_density *density; /* qw_density[vertex_count]: painted; NULL: the same everywhere */
-    const double *cut; /* double[4], normal and offset of a plane: this is the part of a clean surface on one side of
-                          it. Nothing is welded then, and boundaries that lie in the plane have no corners but where
-                          they end. NULL: any input */
+    const double *cut; /* double[cuts][4], normals and offsets of planes: this is the part of a clean surface on one
+                          side of each. Nothing is welded then, and boundaries that lie in a plane have no corners but
+                          where they end. NULL: any input */
+    uint32_t cuts;
     const uint8_t *left_out; /* uint8_t[face_count], 1: no part of the surface; NULL: all are */
 } qw_clean_input;
 

@@ -36,7 +36,7 @@ static void check_core(qw_run_state *run)
     qw_trimesh_validate(env, &run->clean.mesh);
     if (!(run->area > 0 && isfinite(run->area) && run->extent > 0))
         qw_fail(env, QW_INTERNAL, -1, "the area of the core is %g", run->area);
-    if (!(run->mirror.times >= 1 && run->mirror.times <= 2))
+    if (!(run->mirror.times >= 1 && run->mirror.times <= 1 << QW_MOST_PLANES))
         qw_fail(env, QW_INTERNAL, -1, "quads of the core are %g times in the result", run->mirror.times);
 }
 

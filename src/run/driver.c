@@ -4,6 +4,7 @@
 #include "run/border_checks.h"
 #include "run/driver.h"
 #include "run/stages/stages.h"
+#include "whole/asked.h"
 #include "whole/kept_rims.h"
 #include "whole/wrapped.h"
 #include "remesh/sizes/fast.h"
@@ -164,6 +165,14 @@ static bool needs_other_surface(const qw_context_state *c, const qw_options *opt
            qw_surface_faces(&c->run, options) != c->run.surface_faces;
 }
 
+/* What is narrow at a plane that was found, and whether others across it are used, depends on the count. */
+static bool needs_other_core(const qw_context_state *c, const qw_options *options)
+{
+    bool is_sharp = c->done <= QW_STAGE_SURFACE || c->report.feature_edges > 0, has_handles = c->report.euler < 0;
+    return c->done > QW_STAGE_CORE && c->report.symmetry_far > 0 && (is_sharp || has_handles) &&
+           qw_finds_plane(options->symmetry) && qw_faces_wanted(&c->run, options) != qw_faces_wanted(&c->run, &c->used);
+}
+
 /* Discards the stages whose results the new options would change, so that going on gives the bytes of a fresh run. */
 static void forget_stale(qw_context_state *c, const qw_options *options)
 {
@@ -172,6 +181,7 @@ static void forget_stale(qw_context_state *c, const qw_options *options)
         begin_run(c);
         return;
     }
+    if (stale > QW_STAGE_CORE && needs_other_core(c, options)) stale = QW_STAGE_CORE;
     if (stale > QW_STAGE_SURFACE && needs_other_surface(c, options)) stale = QW_STAGE_SURFACE;
     if (stale <= qw_history_asked_by(&c->history)) { /* a fresh run would judge its attempts with the new options */
         if ((int)qw_history_went_to(&c->history) < stale) stale = (int)qw_history_went_to(&c->history);

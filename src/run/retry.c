@@ -351,8 +351,8 @@ static qw_step after_assemble(const qw_history *h)
         step.plan.core_faces = asked + ceil(MORE_ROOM * asked) * (1u << p->room);
         return step;
     }
-    bool is_hopeless = (is_free && v->sides_apart) || unlike == QW_PARTS_LOST ||
-                       (unlike == QW_OTHER_SIDE_FARTHER && p->plane > 0);
+    bool is_hopeless = !v->has_across && ((is_free && v->sides_apart) || unlike == QW_PARTS_LOST ||
+                                          (unlike == QW_OTHER_SIDE_FARTHER && p->plane > 0));
     step.cause = QW_RETRY_PLANE;
     step.plan.plane = is_hopeless ? qw_retry_rows[QW_RETRY_PLANE].most : p->plane + 1;
     bool may = h->request.planes && p->plane < qw_retry_rows[QW_RETRY_PLANE].most;

@@ -4,15 +4,18 @@
 
 #include <math.h>
 
-bool qw_is_in_cut(const qw_run_state *run, qw_vec3 p)
+uint8_t qw_cuts_at(const qw_run_state *run, qw_vec3 p)
 {
-    const double *cut = run->input.cut;
     const qw_frame *frame = &run->clean.frame;
-    if (!cut) return false;
-    double offset = cut[3];
-    for (int k = 0; k < 3; k++) offset -= cut[k] * frame->center[k];
-    return fabs(cut[0] * (double)p.x + cut[1] * (double)p.y + cut[2] * (double)p.z - offset * frame->scale) <
-           QW_IN_PLANE;
+    uint32_t planes = 0;
+    for (uint32_t i = 0; i < run->input.cuts; i++) {
+        const double *cut = run->input.cut + 4 * (size_t)i;
+        double offset = cut[3];
+        for (int k = 0; k < 3; k++) offset -= cut[k] * frame->center[k];
+        double up = cut[0] * (double)p.x + cut[1] * (double)p.y + cut[2] * (double)p.z - offset * frame->scale;
+        planes |= (fabs(up) < QW_IN_PLANE ? 1u : 0u) << i;
+    }
+    return (uint8_t)planes;
 }
 
 double qw_whole_scale(const qw_run_state *run) { return run->whole.clean.frame.scale / run->clean.frame.scale; }

@@ -1,11 +1,11 @@
-/* The plane along which the core was cut from the whole, and the frames of both. */
+/* The planes along which the core was cut from the whole, and the frames of both. */
 #ifndef QW_WHOLE_CUT_H
 #define QW_WHOLE_CUT_H
 
 #include "whole/state.h"
 
-/* Whether a point, in the frame of the core, lies in the plane of the cut. */
-bool qw_is_in_cut(const qw_run_state *run, qw_vec3 point);
+/* The planes of the cut in which a point, in the frame of the core, lies: bit i, in run->input.cut[i]. */
+uint8_t qw_cuts_at(const qw_run_state *run, qw_vec3 point);
 
 /* The point in the frame of the core as one in the frame of the whole, and the scale from the one to the other. */
 qw_vec3 qw_in_whole(const qw_run_state *run, qw_vec3 point);

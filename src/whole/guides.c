@@ -270,7 +270,7 @@ void qw_engrave_necks(qw_run_state *run, double rho)
             const qw_vec3 *p = found.point + found.begin[i];
             uint32_t count = found.begin[i + 1] - found.begin[i];
             bool is_whole = qw_distance(p[0], p[count - 1]) == 0,
-                 is_cut = qw_is_in_cut(run, p[0]) && qw_is_in_cut(run, p[count - 1]);
+                 is_cut = qw_cuts_at(run, p[0]) && qw_cuts_at(run, p[count - 1]);
             if (!is_whole && !is_cut) continue; /* it ends at a boundary of the surface */
             if (t.steps == 0 || has_room(&t, p, count, false)) take_curve(&t, p, count, found.is_pocket[i]);
         }

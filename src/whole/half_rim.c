@@ -12,24 +12,26 @@ static uint32_t next_of_triangles(const qw_trimesh *m, uint32_t h)
     return next;
 }
 
-static bool is_cut_at(const qw_trimesh *m, const uint8_t *on_plane, uint32_t h)
+/* As `cut` of an arc. An edge in several planes belongs to the first. */
+static uint8_t cut_at(const qw_trimesh *m, const uint8_t *on_planes, uint32_t h)
 {
-    return on_plane[m->corner[h]] && on_plane[m->corner[qw_next(h)]];
+    uint32_t both = on_planes[m->corner[h]] & on_planes[m->corner[qw_next(h)]];
+    return both & 1 ? 1 : both & 2 ? 2 : both ? 3 : 0;
 }
 
-/* The first half-edge of the arc that h belongs to: walks back along the loop until edges begin or cease to lie on
-   the plane; h itself if none does. */
-static uint32_t begin_of_arc(const qw_trimesh *m, const uint8_t *on_plane, uint32_t h)
+/* The first half-edge of the arc that h belongs to: walks along the loop to where edges begin to lie on the same plane,
+   or on none, as it; h itself if all do. */
+static uint32_t begin_of_arc(const qw_trimesh *m, const uint8_t *on_planes, uint32_t h)
 {
     assert(h < 3 * m->face_count);
     uint32_t begin = h;
-    bool is_cut = is_cut_at(m, on_plane, h), was = is_cut;
+    uint8_t cut = cut_at(m, on_planes, h), was = cut;
     for (uint32_t i = next_of_triangles(m, h); i != h; i = next_of_triangles(m, i)) {
-        bool is = is_cut_at(m, on_plane, i);
-        if (is == is_cut && was != is_cut) begin = i;
+        uint8_t is = cut_at(m, on_planes, i);
+        if (is == cut && was != cut) begin = i;
         was = is;
     }
-    return was == is_cut ? begin : h;
+    return was == cut ? begin : h;
 }
 
 /* The point halfway along the arc that begins at `begin` and has `count` half-edges. */
@@ -47,7 +49,7 @@ static qw_vec3 middle_of_arc(const qw_trimesh *m, uint32_t begin, uint32_t count
 
 typedef struct rim_builder {
     const qw_trimesh *mesh;
-    const uint8_t *on_plane;
+    const uint8_t *on_planes;
     qw_rim *rim;
     uint8_t *seen; /* uint8_t[3 face_count] */
     qw_vec3 *from, *to;
@@ -58,29 +60,29 @@ typedef struct rim_builder {
 static void add_arc(rim_builder *b, uint32_t begin)
 {
     const qw_trimesh *m = b->mesh;
-    bool is_cut = is_cut_at(m, b->on_plane, begin);
+    uint8_t cut = cut_at(m, b->on_planes, begin);
     uint32_t h = begin, count = 0, arc = b->rim->arc_count++;
     do {
         b->seen[h] = 1;
         b->rim->arc[b->segments] = arc;
         b->from[b->segments] = m->position[m->corner[h]], b->to[b->segments++] = m->position[m->corner[qw_next(h)]];
         count++, h = next_of_triangles(m, h);
-    } while (h != begin && is_cut_at(m, b->on_plane, h) == is_cut);
-    b->rim->is_cut[arc] = is_cut, b->rim->is_closed[arc] = h == begin;
+    } while (h != begin && cut_at(m, b->on_planes, h) == cut);
+    b->rim->cut[arc] = cut, b->rim->is_closed[arc] = h == begin;
     b->rim->middle[arc] = middle_of_arc(m, begin, count);
 }
 
-qw_rim qw_rim_of(qw_env *env, const qw_trimesh *surface, const uint8_t *on_plane)
+qw_rim qw_rim_of(qw_env *env, const qw_trimesh *surface, const uint8_t *on_planes)
 {
     assert(surface->twin);
     uint32_t sides = 3 * surface->face_count, count = 0;
     for (uint32_t h = 0; h < sides; h++) count += surface->twin[h] == QW_NONE;
-    qw_rim rim = {.is_cut = QW_NEW(env, uint8_t, count), .is_closed = QW_NEW(env, uint8_t, count)};
+    qw_rim rim = {.cut = QW_NEW(env, uint8_t, count), .is_closed = QW_NEW(env, uint8_t, count)};
     rim.middle = QW_NEW(env, qw_vec3, count), rim.arc = QW_NEW(env, uint32_t, count);
-    rim_builder b = {surface, on_plane, &rim, QW_NEW_ZERO(env, uint8_t, sides), .segments = 0};
+    rim_builder b = {surface, on_planes, &rim, QW_NEW_ZERO(env, uint8_t, sides), .segments = 0};
     b.from = QW_NEW(env, qw_vec3, count), b.to = QW_NEW(env, qw_vec3, count);
     for (uint32_t h = 0; h < sides; h++)
-        if (surface->twin[h] == QW_NONE && !b.seen[h]) add_arc(&b, begin_of_arc(surface, on_plane, h));
+        if (surface->twin[h] == QW_NONE && !b.seen[h]) add_arc(&b, begin_of_arc(surface, on_planes, h));
     if (count) rim.tree = qw_curve_tree_build(env, b.from, b.to, count);
     qw_free(env, b.seen), qw_free(env, b.from), qw_free(env, b.to);
     return rim;
@@ -118,7 +120,7 @@ static uint32_t nearest_on_boundary(const qw_quadmesh *q, qw_vec3 point, bool by
 /* Gives an arc with too few edges those that are nearest to its middle. */
 static void give_edges(const qw_rim *rim, uint32_t arc, qw_quadmesh *quads, uint32_t *arc_of)
 {
-    bool is_cut = rim->is_cut[arc];
+    bool is_cut = rim->cut[arc] > 0;
     uint32_t h = nearest_on_boundary(quads, rim->middle[arc], !is_cut);
     if (h == QW_NONE) return;
     arc_of[h] = arc;
@@ -142,8 +144,8 @@ uint8_t *qw_find_sewn(qw_env *env, const qw_rim *rim, qw_quadmesh *quads)
         edges[arc_of[h]]++;
     }
     for (uint32_t a = 0; a < rim->arc_count; a++)
-        if (!rim->is_closed[a] && edges[a] < (rim->is_cut[a] ? 1u : 2u)) give_edges(rim, a, quads, arc_of);
-    for (uint32_t h = 0; h < sides; h++) sewn[h] = arc_of[h] != QW_NONE && rim->is_cut[arc_of[h]];
+        if (!rim->is_closed[a] && edges[a] < (rim->cut[a] ? 1u : 2u)) give_edges(rim, a, quads, arc_of);
+    for (uint32_t h = 0; h < sides; h++) sewn[h] = arc_of[h] == QW_NONE ? 0 : rim->cut[arc_of[h]];
     qw_free(env, arc_of), qw_free(env, edges);
     return sewn;
 }

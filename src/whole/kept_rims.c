@@ -323,7 +323,7 @@ static float *spacings(const qw_run_state *run, const qw_rims *rims)
 static bool is_cut(const qw_run_state *run, uint32_t h)
 {
     const qw_trimesh *s = &run->surface;
-    return qw_is_in_cut(run, s->position[s->corner[h]]) && qw_is_in_cut(run, s->position[s->corner[qw_next(h)]]);
+    return qw_cuts_at(run, s->position[s->corner[h]]) & qw_cuts_at(run, s->position[s->corner[qw_next(h)]]);
 }
 
 /* The spacing at each rim vertex of run->surface, and infinity elsewhere: float[vertices]. NULL: there is no rim. */

@@ -10,8 +10,11 @@
 #include "remesh/features/features.h"
 #include "remesh/features/sharpen.h"
 #include "remesh/field/hierarchy.h"
+#include "whole/across.h"
+#include "whole/asked.h"
 #include "whole/half.h"
 #include "whole/one_sided.h"
+#include "whole/suits_cut.h"
 
 #include <assert.h>
 #include <math.h>
@@ -229,14 +232,15 @@ static qw_density *density_of(const qw_run_state *run, const qw_half *half)
     return density;
 }
 
-/* One side of the plane as an input of its own. */
+/* One side of the plane as an input of its own, with the cuts of what it was cut from. */
 static qw_clean_input input_of(const qw_run_state *run, const qw_half *half)
 {
-    uint32_t *begin = QW_NEW(run->env, uint32_t, (size_t)half->face_count + 1);
-    double *cut = QW_NEW(run->env, double, 4);
+    uint32_t *begin = QW_NEW(run->env, uint32_t, (size_t)half->face_count + 1), cuts = run->input.cuts;
+    double *cut = QW_NEW(run->env, double, 4 * ((size_t)cuts + 1));
     for (uint32_t f = 0; f <= half->face_count; f++) begin[f] = 3 * f;
-    memcpy(cut, half->plane.normal, 3 * sizeof *cut);
-    cut[3] = half->plane.offset;
+    if (cuts > 0) memcpy(cut, run->input.cut, 4 * (size_t)cuts * sizeof *cut);
+    memcpy(cut + 4 * (size_t)cuts, half->plane.normal, 3 * sizeof *cut);
+    cut[4 * (size_t)cuts + 3] = half->plane.offset;
     return (qw_clean_input){.vertex_count = half->vertex_count,
                             .face_count = half->face_count,
                             .position = half->position,
@@ -245,7 +249,8 @@ static qw_clean_input input_of(const qw_run_state *run, const qw_half *half)
                             .mark_count = half->mark_count,
                             .mark = half->mark,
                             .density = density_of(run, half),
-                            .cut = cut};
+                            .cut = cut,
+                            .cuts = cuts + 1};
 }
 
 /* ---- guides */
@@ -466,16 +471,43 @@ bool qw_take_other_side(qw_run_state *run)
     return is->components == was.components && is->boundary_loops == was.boundary_loops && is->euler == was.euler;
 }
 
-/* Whether the half sewn to its reflection has components of the same topologies as the whole surface: holes that one
-   side has may be on another component of the other side, so that sums alone do not tell. */
-static bool is_like(const qw_run_state *run, const qw_half *half)
+/* Whether the half sewn to its reflection has components of the same topologies as the surface that was cut: holes that
+   one side has may be on another component of the other side, so that sums alone do not tell. */
+static bool is_like(qw_env *env, const qw_half *half, const qw_trimesh *surface, const qw_census *was)
 {
-    const qw_census *is = &half->whole, *was = &run->whole.census;
-    if (is->components != was->components) return false;
-    uint64_t *topology = qw_list_topologies(run->env, &run->whole.clean.mesh, was);
+    if (half->whole.components != was->components) return false;
+    uint64_t *topology = qw_list_topologies(env, surface, was);
     bool same = memcmp(topology, half->topology, (size_t)was->components * sizeof *topology) == 0;
-    qw_free(run->env, topology);
+    qw_free(env, topology);
     return same;
+}
+
+/* Whether nothing but the surface itself says what its quads are to be like, all of it is reflected, and its topology
+   asks for many irregular vertices (more than a ball and a torus do). Without these its quads are regular as they are,
+   and counts that a quarter of them may have lie farther apart. Sharp edges lose corners in so small a part. */
+static bool may_be_cut_again(const qw_run_state *run)
+{
+    const qw_steering *s = run->whole.steering;
+    const qw_options *o = &run->options;
+    bool is_steered = s->region || s->field || s->guide_count > 0 || s->joint_count > 0 || run->whole.motion ||
+                      run->whole.input->density || o->symmetry_follow || o->sharp_marks || o->keep_marks ||
+                      o->fix_boundary;
+    return !is_steered && !run->mirror.single && run->clean.own.count == 0 && run->whole.census.euler < 0 &&
+           !qw_is_sharp(run);
+}
+
+/* Makes one side of a plane across those along which it was cut the core; not where that has no like sides. */
+static void cut_again(qw_run_state *run, const qw_mirror_plane *plane)
+{
+    const qw_trimesh *m = &run->clean.mesh;
+    double *position = QW_NEW(run->env, double, 3 * (size_t)m->vertex_count);
+    for (uint32_t v = 0; v < m->vertex_count; v++)
+        qw_place_in_input(&run->clean, m->position[v], position + 3 * (size_t)v);
+    qw_half half = qw_cut_half(run->env, m, position, plane, NULL, false);
+    if (half.face_count == 0 || !is_like(run->env, &half, m, &run->clean_census)) return;
+    take_half(run, &half);
+    run->mirror.across[run->mirror.across_count++] = half.plane;
+    run->mirror.times *= 2;
 }
 
 /* Whether the plane was used. `auto` uses no plane whose sides have another topology. */
@@ -485,7 +517,7 @@ static bool use_plane(qw_run_state *run, const qw_mirror_search *found, uint32_t
     if (is_one_sided(run)) qw_fail(run->env, QW_UNSUPPORTED, -1, "%s", ONE_SIDED);
     if (s.half.face_count == 0 && is_found(run)) return false;
     if (s.half.face_count == 0) qw_fail(run->env, QW_OPTION, -1, "the whole surface lies in the plane of symmetry");
-    bool is_other = !is_like(run, &s.half);
+    bool is_other = !is_like(run->env, &s.half, &run->whole.clean.mesh, &run->whole.census);
     if (is_other && is_found(run)) return false;
     if (is_other) qw_warn(run, OTHER_TOPOLOGY);
     take_side(run, &s, found, number);
@@ -506,59 +538,32 @@ static bool is_steered_alike(qw_run_state *run, const qw_mirror_plane *plane)
     return false;
 }
 
-/* Sharp edges, in square roots of the area, of a surface that counts as smooth. */
-static const double SHARP = 0.1;
-/* The edges of so many quads tell sharp edges from noise, whatever count is asked for. */
-static const double QUADS = 1000;
-/* A tip, or a corner of a boundary, lies on the plane if it is no farther from it, in diagonals. */
-static const double ON_PLANE = 0.01;
-
-/* In radians: a boundary that turns by more than a right angle on the plane leaves less than half of one on either
-   side, which is no corner of a quad. */
-static const double ACUTE = 0.55 * QW_PI;
-
-/* Whether a tip, or an acute corner that a boundary has for quads of that edge, lies on the plane. */
-static bool has_corner_on(const qw_run_state *run, const qw_trimesh *m, float edge, const qw_mirror_plane *plane)
+/* Boundaries that are to be met vertex by vertex are met on the whole, and circles have an even number of edges there
+   more often. */
+static bool wants_whole(const qw_run_state *run)
 {
-    float *span = QW_NEW(run->env, float, m->vertex_count);
-    uint8_t *kind;
-    qw_vec3 *direction;
-    for (uint32_t v = 0; v < m->vertex_count; v++) span[v] = edge;
-    qw_find_constraints(run->env, m, true, ACUTE, span, NULL, &kind, &direction);
-    for (uint32_t v = 0; v < m->vertex_count; v++) {
-        double p[3];
-        if (kind[v] != QW_VERTEX_CORNER) continue;
-        qw_place_in_input(&run->whole.clean, m->position[v], p);
-        if (fabs(qw_plane_height(plane, p)) * run->whole.clean.frame.scale < ON_PLANE) return true;
+    return run->whole.steering->region || run->options.around > 0 ||
+           (run->options.fix_boundary && run->whole.census.boundary_loops > 0);
+}
+
+/* Uses the first plane from run->plan.plane on that may be used. Where others are across the first, all of them come
+   before each by itself. Whether there was one, or what steers the quads is on one side only. */
+static bool use_found(qw_run_state *run, const qw_mirror_search *found, uint32_t count, double edge)
+{
+    bool is_auto = run->options.symmetry == QW_SYMMETRY_AUTO;
+    qw_mirror_plane across[QW_MOST_PLANES - 1];
+    uint32_t crossing = may_be_cut_again(run) ? qw_find_across(run, found, count, edge, across) : 0;
+    uint32_t together = crossing > 0;
+    if (count + together > QW_MOST_PLANES) count--;
+    for (uint32_t i = run->plan.plane; i < count + together; i++) {
+        uint32_t plane = i > together ? i - together : 0;
+        if (found[plane].most > NEARLY) return false;
+        if (is_auto && !is_steered_alike(run, &found[plane].plane)) return true;
+        if (!use_plane(run, &found[plane], plane)) continue;
+        for (uint32_t k = 0; k < crossing && i == 0 && may_be_cut_again(run); k++) cut_again(run, &across[k]);
+        return true;
     }
     return false;
-}
-
-/* Half of a surface cannot be made into quads as well as the whole where sharp edges, marked, found or sampled, run
-   across the plane, in it or close beside it, and where tips lie on it. */
-static bool is_smooth(const qw_run_state *run, const qw_mirror_plane *plane)
-{
-    double used, angle = run->options.sharp_angle, square = sqrt(run->whole.area);
-    float edge = (float)(square / sqrt(QUADS));
-    qw_env *env = run->env;
-    if (run->whole.input->mark_count > 0 && (run->options.keep_marks || run->options.sharp_marks)) return false;
-    qw_scope_begin(env);
-    qw_trimesh surface = run->whole.clean.mesh;
-    surface.mark = NULL, surface.point = NULL;
-    qw_find_features(env, &surface, angle < 0 ? -1.0 : angle * QW_PI / 180.0, edge, &used);
-    bool is_sharp = qw_marked_length(&surface) > SHARP * square;
-    if (!is_sharp && angle < 0) {
-        qw_find_points(env, &surface, edge);
-        is_sharp = has_corner_on(run, &surface, edge, plane) || qw_sharpen(env, &surface, &run->whole.census, edge);
-    }
-    qw_scope_end(env);
-    return !is_sharp;
-}
-
-/* Boundaries that are to be met vertex by vertex are met on the whole. */
-static bool keeps_boundaries(const qw_run_state *run)
-{
-    return run->whole.steering->region || (run->options.fix_boundary && run->whole.census.boundary_loops > 0);
 }
 
 static void take_one_side_if_alike(qw_run_state *run)
@@ -575,12 +580,14 @@ static void take_one_side_if_alike(qw_run_state *run)
         return;
     }
     bool is_auto = run->options.symmetry == QW_SYMMETRY_AUTO;
-    if (is_auto && (keeps_boundaries(run) || !is_smooth(run, &found[0].plane))) {
-        log_not_used(run, "sharp edges, tips and boundaries that stay are better off without the plane of symmetry");
+    double edge = sqrt(run->whole.area / qw_faces_wanted(run, &run->options));
+    if (is_auto && (wants_whole(run) || !qw_suits_cut(run, &found[0].plane))) {
+        log_not_used(run, "tips, narrow parts, creases that were sampled, circles and boundaries that stay are better "
+                          "off without the plane "
+                          "of symmetry");
         return;
     }
-    for (uint32_t i = run->plan.plane; i < count && found[i].most <= NEARLY; i++)
-        if ((is_auto && !is_steered_alike(run, &found[i].plane)) || use_plane(run, &found[i], i)) return;
+    if (use_found(run, found, count, edge)) return;
     log_not_used(run, run->plan.plane > 0 ? NO_ROOM : NOT_USED);
 }
 

@@ -1,7 +1,6 @@
 /* A plane is improved in rounds: samples of the surface are reflected, each goes with the nearest point of the surface,
- * and of all planes that which brings the samples nearest to those points is next (the closest points of Besl and
- * McKay 1992, for a reflection). With centred samples p and their points q the sum of squares is, but for a constant,
- * 4 (n p)(n q): the normal is the axis of the symmetric part of the sum of p q^T with the least value.
+ * and of all planes that which brings the samples nearest to the surface's planes there is next (the closest points of
+ * Besl and McKay 1992, and the planes of Chen and Medioni 1992, for a reflection), by a step of Gauss and Newton.
  */
 #include "whole/plane.h"
 
@@ -37,6 +36,8 @@ static const double SHRINKS = 0.98, HOPELESS = 0.04;
    improved about the surface itself whose mean distance is at most ROUGHLY times that of the best, plus ROUGH
    diagonals. */
 static const double COVERED = 2, ROUGHLY = 1.3, ROUGH = 2e-3;
+/* What is added to the normal equations' diagonal, of its sum. */
+static const double DAMPING = 1e-6;
 /* A surface lies in a plane if its mean distance from it is below so many diagonals. */
 static const double FLAT = 1e-6;
 /* Planes whose normals have at least this cosine are the same. */
@@ -87,7 +88,7 @@ void qw_reflect(const qw_mirror_plane *plane, const double p[3], double q[3])
 
 typedef struct plane_search {
     qw_env *env;
-    const qw_trimesh *mesh;
+    const qw_trimesh *mesh, *seen; /* the surface, and what the tree is of */
     const qw_bvh *bvh;
     uint32_t samples; /* of each round */
     double centre[3]; /* of the area */
@@ -96,6 +97,7 @@ typedef struct plane_search {
     double (*point)[3]; /* double[JUDGED][3], of which the rounds use some, evenly spaced */
     qw_vec3 *normal;    /* qw_vec3[JUDGED], unit */
     double (*near)[3];  /* the point of the surface nearest to each reflection */
+    qw_vec3 *facing;    /* and the unit normal there */
     uint8_t *is_near;   /* uint8_t[JUDGED]: there is one within REACH */
     float *distance;    /* float[JUDGED], of the two; REACH where there is none */
 } plane_search;
@@ -167,6 +169,7 @@ static void reflect_samples(void *user, uint32_t block, uint32_t begin, uint32_t
         hint = hit.face;
         s->is_near[i] = hit.face != QW_NONE;
         s->distance[i] = s->is_near[i] ? sqrtf(hit.distance2) : reach;
+        if (s->is_near[i]) s->facing[i] = qw_normalize(qw_face_cross(s->seen, hit.face));
         s->near[i][0] = (double)hit.point.x, s->near[i][1] = (double)hit.point.y, s->near[i][2] = (double)hit.point.z;
     }
 }
@@ -182,32 +185,68 @@ static double reflect_all(plane_search *s, const qw_mirror_plane *plane, uint32_
 
 /* ---- rounds */
 
-/* The plane that suits the samples and their nearest points best, its normal free or kept. */
+/* The normal equations of a step: offset, and the normal's turns about the centre in two directions across it. */
+typedef struct step_sums {
+    double a[3][3], b[3];
+} step_sums;
+
+/* Adds what one sample, off by `off` along the unit normal m of the surface that is nearest to its reflection, wants.
+ */
+static void add_sample(step_sums *sums, const double row[3], double off)
+{
+    for (int j = 0; j < 3; j++) {
+        sums->b[j] -= row[j] * off;
+        for (int k = 0; k < 3; k++) sums->a[j][k] += row[j] * row[k];
+    }
+}
+
+/* Solves for the step by elimination, damped, so that what no sample tells stays. */
+static void solve_step(step_sums *sums, int unknowns, double x[3])
+{
+    double damping = DAMPING * (sums->a[0][0] + sums->a[1][1] + sums->a[2][2]);
+    for (int k = 0; k < unknowns; k++) sums->a[k][k] += damping, x[k] = 0;
+    for (int k = 0; k < unknowns && damping > 0; k++)
+        for (int j = k + 1; j < unknowns; j++) {
+            double share = sums->a[j][k] / sums->a[k][k];
+            for (int i = k; i < unknowns; i++) sums->a[j][i] -= share * sums->a[k][i];
+            sums->b[j] -= share * sums->b[k];
+        }
+    for (int k = unknowns - 1; k >= 0 && damping > 0; k--) {
+        x[k] = sums->b[k];
+        for (int i = k + 1; i < unknowns; i++) x[k] -= sums->a[k][i] * x[i];
+        x[k] /= sums->a[k][k];
+    }
+}
+
+static double dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+/* The plane that suits the samples and the surface at their nearest points best, its normal free or kept. */
 static qw_mirror_plane next_plane(const plane_search *s, const qw_mirror_plane *plane, bool is_free)
 {
-    uint32_t step = JUDGED / s->samples;
-    double middle[2][3] = {{0}}, m[3][3] = {{0}}, axis[3][3], normal[3], count = 0;
-    for (uint32_t i = 0; i < s->samples; i++) count += s->is_near[i];
-    if (count == 0) return *plane;
-    for (uint32_t i = 0; i < s->samples; i++)
-        for (int k = 0; k < 3 && s->is_near[i]; k++)
-            middle[0][k] += s->point[i * step][k] / count, middle[1][k] += s->near[i][k] / count;
-    memcpy(normal, plane->normal, sizeof normal);
-    if (is_free) {
-        for (uint32_t i = 0; i < s->samples; i++)
-            for (int j = 0; j < 3 && s->is_near[i]; j++)
-                for (int k = 0; k < 3; k++) {
-                    double p = s->point[i * step][j] - middle[0][j], q = s->near[i][k] - middle[1][k];
-                    m[j][k] += p * q / 2, m[k][j] += p * q / 2;
-                }
-        qw_principal_axes(m, axis);
-        int least = m[1][1] < m[0][0] ? 1 : 0;
-        if (m[2][2] < m[least][least]) least = 2;
-        memcpy(normal, axis[least], sizeof normal);
+    const double *n = plane->normal;
+    qw_vec3 x = qw_any_orthogonal(qw_v3_of_doubles(n)), y = qw_cross(qw_v3_of_doubles(n), x);
+    const double across[2][3] = {{(double)x.x, (double)x.y, (double)x.z}, {(double)y.x, (double)y.y, (double)y.z}};
+    double step[3] = {0}, normal[3], offset = plane->offset;
+    step_sums sums = {.b = {0}};
+    for (uint32_t i = 0; i < s->samples; i++) {
+        if (!s->is_near[i]) continue;
+        double p[3], q[3], row[3] = {0},
+                           m[3] = {(double)s->facing[i].x, (double)s->facing[i].y, (double)s->facing[i].z};
+        const double *from = s->point[i * (JUDGED / s->samples)];
+        double height = dot(n, from) - plane->offset, turned = dot(m, n);
+        for (int k = 0; k < 3; k++) p[k] = from[k] - s->centre[k], q[k] = from[k] - 2 * height * n[k] - s->near[i][k];
+        row[0] = 2 * turned;
+        for (int k = 0; k < 2 && is_free; k++)
+            row[k + 1] = -2 * (dot(across[k], p) * turned + height * dot(m, across[k]));
+        add_sample(&sums, row, dot(m, q));
     }
-    double offset = 0;
-    for (int k = 0; k < 3; k++) offset += normal[k] * (middle[0][k] + middle[1][k]) / 2;
-    return qw_mirror_plane_of(normal, offset);
+    solve_step(&sums, is_free ? 3 : 1, step);
+    offset += step[0];
+    for (int k = 0; k < 3; k++) {
+        double turn = step[1] * across[0][k] + step[2] * across[1][k];
+        normal[k] = n[k] + turn, offset += turn * s->centre[k];
+    }
+    return is_free ? qw_mirror_plane_of(normal, offset) : (qw_mirror_plane){{n[0], n[1], n[2]}, offset, plane->axis};
 }
 
 /* Improves a plane by rounds. Returns the best plane on the way; its gap is measured on the samples of a round. */
@@ -400,10 +439,11 @@ static qw_mirror_search judge(plane_search *s, const qw_frame *frame, const qw_m
 
 static plane_search begin_search(qw_env *env, const qw_trimesh *mesh)
 {
-    plane_search s = {.env = env, .mesh = mesh, .samples = SAMPLES};
+    plane_search s = {.env = env, .mesh = mesh, .seen = mesh, .samples = SAMPLES};
     s.area_end = QW_NEW(env, double, mesh->face_count), s.normal = QW_NEW(env, qw_vec3, JUDGED);
     s.point = qw_alloc(env, JUDGED, sizeof *s.point), s.near = qw_alloc(env, JUDGED, sizeof *s.near);
-    s.is_near = QW_NEW(env, uint8_t, JUDGED), s.distance = QW_NEW(env, float, JUDGED);
+    s.facing = QW_NEW(env, qw_vec3, JUDGED), s.is_near = QW_NEW(env, uint8_t, JUDGED),
+    s.distance = QW_NEW(env, float, JUDGED);
     measure_area(&s);
     place_samples(&s);
     return s;
@@ -429,19 +469,22 @@ uint32_t qw_find_mirror_planes(qw_env *env, const qw_trimesh *mesh, const qw_fra
     qw_scope_begin(env);
     plane_search s = begin_search(env, mesh);
     qw_trimesh rough = rough_surface(&s, s.area_end[mesh->face_count - 1]);
-    s.bvh = qw_bvh_build(env, &rough), s.samples = FEW_SAMPLES;
+    s.bvh = qw_bvh_build(env, &rough), s.seen = &rough, s.samples = FEW_SAMPLES;
     uint32_t beginnings = improve_roughly(&s, all, begin_all(&s, axis, all)), count = 1, best = 0;
     for (uint32_t i = 1; i < beginnings; i++)
         if (all[i].from.gap < all[best].from.gap) best = i;
     qw_mirror_plane plane = in_input(&s, frame, &all[best].from);
     found[0] = judge(&s, frame, &plane);
     if (found[0].most <= ROUGHLY * near) {
-        s.bvh = qw_bvh_build(env, mesh), s.samples = SAMPLES;
+        s.bvh = qw_bvh_build(env, mesh), s.seen = mesh, s.samples = SAMPLES;
         count = improve_all(&s, all, beginnings, good);
         if (count > QW_MOST_PLANES) count = QW_MOST_PLANES;
         for (uint32_t i = 0; i < count; i++) {
             plane = in_input(&s, frame, &good[i]);
-            found[i] = judge(&s, frame, &plane);
+            qw_mirror_search one = judge(&s, frame, &plane);
+            uint32_t to = i;
+            for (; to > 0 && 2 * one.far + AS_GOOD_GAP < found[to - 1].far; to--) found[to] = found[to - 1];
+            found[to] = one;
         }
     }
     qw_scope_end(env);

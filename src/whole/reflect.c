@@ -1,6 +1,7 @@
 /* The core's quads and their reflection: whole/mirror.h. */
 #include "whole/mirror.h"
 
+#include "whole/across.h"
 #include "whole/cut.h"
 #include "geometry/bvh.h"
 #include "geometry/chords.h"
@@ -13,8 +14,6 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Up to so many edges 99.9 % of the surface may lie off its reflection for positions to be reflected exactly. */
-static const double ALIKE = 0.05;
 enum { SPLIT_ROUNDS = 4 };
 
 /* ---- the seam */
@@ -23,25 +22,27 @@ static qw_rim rim_of(const qw_run_state *run)
 {
     const qw_trimesh *m = &run->clean.mesh;
     uint8_t *in = QW_NEW(run->env, uint8_t, m->vertex_count);
-    for (uint32_t v = 0; v < m->vertex_count; v++) in[v] = qw_is_in_cut(run, m->position[v]);
+    for (uint32_t v = 0; v < m->vertex_count; v++) in[v] = qw_cuts_at(run, m->position[v]);
     qw_rim rim = qw_rim_of(run->env, m, in);
     qw_free(run->env, in);
     return rim;
 }
 
-/* Marks, uint8_t[4 quads->face_count], the rows of quads whose two long sides both lie in the cut, and quads all of
-   whose sides do: sewn to their reflections they would share all vertices with these. Returns whether there are any. */
+/* Marks, uint8_t[4 quads->face_count], the rows of quads whose two long sides both lie in one plane of the cut, and
+   quads all of whose sides do: sewn to their reflections they would share all vertices with these. Returns whether
+   there are any. */
 static bool mark_narrow(qw_env *env, qw_quadmesh *quads, const qw_rim *rim, uint8_t *split)
 {
     uint8_t *sewn = qw_find_sewn(env, rim, quads), *on = QW_NEW_ZERO(env, uint8_t, quads->vertex_count);
     bool any = false;
     for (uint32_t h = 0; h < 4 * quads->face_count; h++)
-        if (sewn[h]) on[quads->corner[h]] = on[quads->corner[qw_quad_next(h)]] = 1;
+        if (sewn[h]) on[quads->corner[h]] |= 1u << sewn[h], on[quads->corner[qw_quad_next(h)]] |= 1u << sewn[h];
     for (uint32_t h = 0; h < 4 * quads->face_count; h++) {
         const uint8_t *side = sewn + (h & ~3u);
         bool is_enclosed = side[0] && side[1] && side[2] && side[3];
-        if ((sewn[h] && !is_enclosed) || !on[quads->corner[h]] || !on[quads->corner[qw_quad_next(h)]] || split[h])
-            continue;
+        uint32_t both = on[quads->corner[h]] & on[quads->corner[qw_quad_next(h)]];
+        if (sewn[h] && !is_enclosed) both &= ~(1u << sewn[h]);
+        if (!both || split[h]) continue;
         qw_mark_chord(quads, h, split);
         any = true;
     }
@@ -91,40 +92,68 @@ static qw_vec3 reflect_direction(const qw_mirror_plane *plane, qw_vec3 d)
     return qw_madd(d, -2 * qw_dot(d, n), n);
 }
 
-qw_vec3 qw_reflected_point(const qw_run_state *run, qw_vec3 p)
+uint32_t qw_image_count(const qw_run_state *run) { return run->mirror.is_used ? 2u << run->mirror.across_count : 1; }
+
+/* The plane of bit k of the number of an image. */
+static const qw_mirror_plane *plane_of_bit(const qw_run_state *run, uint32_t k)
+{
+    return k == 0 ? &run->mirror.plane : &run->mirror.across[k - 1];
+}
+
+qw_vec3 qw_image_of(const qw_run_state *run, uint32_t i, qw_vec3 p)
 {
     const qw_frame *frame = &run->whole.clean.frame;
-    const double at[3] = {p.x, p.y, p.z};
-    double in[3], out[3];
-    for (int k = 0; k < 3; k++) in[k] = frame->center[k] + at[k] / frame->scale;
-    qw_reflect(&run->mirror.plane, in, out);
-    for (int k = 0; k < 3; k++) out[k] = (out[k] - frame->center[k]) * frame->scale;
-    return qw_v3((float)out[0], (float)out[1], (float)out[2]);
+    p = qw_in_whole(run, p);
+    double at[3] = {p.x, p.y, p.z}, in[3];
+    if (i == 0) return p;
+    for (int k = 0; k < 3; k++) at[k] = frame->center[k] + at[k] / frame->scale;
+    for (uint32_t k = 0; i >> k; k++) {
+        if (!(i >> k & 1)) continue;
+        memcpy(in, at, sizeof in);
+        qw_reflect(plane_of_bit(run, k), in, at);
+    }
+    for (int k = 0; k < 3; k++) at[k] = (at[k] - frame->center[k]) * frame->scale;
+    return qw_v3_of_doubles(at);
+}
+
+static qw_vec3 turn_into_image(const qw_run_state *run, uint32_t i, qw_vec3 d)
+{
+    for (uint32_t k = 0; i >> k; k++)
+        if (i >> k & 1) d = reflect_direction(plane_of_bit(run, k), d);
+    return d;
+}
+
+/* Appends the triangles of image i, without those of single components but in the first. */
+static void add_image(const qw_run_state *run, uint32_t i, const uint32_t *component, qw_trimesh *whole)
+{
+    const qw_trimesh *core = &run->working.mesh;
+    bool turns = (i ^ i >> 1 ^ i >> 2) & 1;
+    for (uint32_t f = 0; f < core->face_count; f++) {
+        if (i > 0 && component && run->mirror.single[component[f]]) continue;
+        uint32_t *to = whole->corner + 3 * (size_t)whole->face_count++;
+        for (uint32_t k = 0; k < 3; k++) to[turns ? 2 - k : k] = i * core->vertex_count + core->corner[3 * f + k];
+    }
 }
 
 qw_vertex_crosses qw_crosses_of_whole(const qw_run_state *run)
 {
     const qw_trimesh *core = &run->working.mesh;
-    uint32_t n = core->vertex_count, sides = 3 * core->face_count;
-    if (!run->mirror.is_used) return (qw_vertex_crosses){core, run->normal, run->orientation};
+    uint32_t images = qw_image_count(run);
+    size_t n = core->vertex_count;
+    if (images == 1) return (qw_vertex_crosses){core, run->normal, run->orientation};
     qw_trimesh *whole = QW_NEW_ZERO(run->env, qw_trimesh, 1);
-    qw_vec3 *normal = QW_NEW(run->env, qw_vec3, 2 * (size_t)n), *direction = QW_NEW(run->env, qw_vec3, 2 * (size_t)n);
-    whole->vertex_count = 2 * n, whole->face_count = core->face_count;
-    whole->position = QW_NEW(run->env, qw_vec3, 2 * (size_t)n);
-    whole->corner = QW_NEW(run->env, uint32_t, 2 * (size_t)sides);
-    for (uint32_t v = 0; v < n; v++) {
-        whole->position[v] = qw_in_whole(run, core->position[v]);
-        whole->position[n + v] = qw_reflected_point(run, whole->position[v]);
-        normal[v] = run->normal[v], normal[n + v] = reflect_direction(&run->mirror.plane, normal[v]);
-        direction[v] = run->orientation[v], direction[n + v] = reflect_direction(&run->mirror.plane, direction[v]);
-    }
-    memcpy(whole->corner, core->corner, sides * sizeof *core->corner);
-    const uint8_t *single = run->mirror.single;
-    uint32_t *component = single ? qw_clean_components_of_working(run) : NULL;
-    for (uint32_t f = 0; f < core->face_count; f++) {
-        if (single && single[component[f]]) continue;
-        uint32_t *to = whole->corner + 3 * (size_t)whole->face_count++;
-        for (uint32_t i = 0; i < 3; i++) to[2 - i] = n + core->corner[3 * f + i];
+    qw_vec3 *normal = QW_NEW(run->env, qw_vec3, images * n), *direction = QW_NEW(run->env, qw_vec3, images * n);
+    whole->vertex_count = (uint32_t)(images * n);
+    whole->position = QW_NEW(run->env, qw_vec3, images * n);
+    whole->corner = QW_NEW(run->env, uint32_t, 3 * images * (size_t)core->face_count);
+    uint32_t *component = run->mirror.single ? qw_clean_components_of_working(run) : NULL;
+    for (uint32_t i = 0; i < images; i++) {
+        for (size_t v = 0; v < n; v++) {
+            whole->position[i * n + v] = qw_image_of(run, i, core->position[v]);
+            normal[i * n + v] = turn_into_image(run, i, run->normal[v]);
+            direction[i * n + v] = turn_into_image(run, i, run->orientation[v]);
+        }
+        add_image(run, i, component, whole);
     }
     qw_free(run->env, component);
     return (qw_vertex_crosses){whole, normal, direction};
@@ -203,15 +232,14 @@ static void place_in_frame(const qw_run_state *run, qw_quadmesh *quads, const do
 
 /* The marks of the half's quads, twice, and the kinds that follow from them: corners stay corners, but where they were
    so as curves end at the plane. */
-static void carry_marks(const qw_run_state *run, qw_mirrored *m, const qw_quadmesh *half)
+static void carry_marks(qw_env *env, qw_mirrored *m, const qw_quadmesh *half)
 {
-    qw_env *env = run->env;
     qw_quadmesh *q = &m->quads;
     q->mark = QW_NEW_ZERO(env, uint8_t, 4 * (size_t)q->face_count);
     q->kind = QW_NEW_ZERO(env, uint8_t, q->vertex_count);
     uint8_t *curves = QW_NEW_ZERO(env, uint8_t, q->vertex_count), *on = QW_NEW_ZERO(env, uint8_t, q->vertex_count);
     for (uint32_t h = 0; h < 4 * q->face_count; h++) {
-        bool is_reflection = h / 4 >= run->reflected;
+        bool is_reflection = h / 4 >= half->face_count;
         uint32_t corner = is_reflection ? (4 - (h & 3u)) & 3u : h & 3u, side = is_reflection ? 3 - (h & 3u) : h & 3u;
         uint32_t v = q->corner[h], u = half->corner[4 * m->source[h / 4] + corner];
         if (half->mark) q->mark[h] = half->mark[4 * m->source[h / 4] + side];
@@ -229,18 +257,51 @@ bool qw_sides_differ(const qw_run_state *run)
 {
     double edge = run->rho * qw_whole_scale(run); /* in diagonals, as `far` is */
     bool is_found = qw_finds_plane(run->options.symmetry);
-    return run->mirror.is_used && (run->options.symmetry_follow || (is_found && run->mirror.far > ALIKE * edge));
+    return run->mirror.is_used && (run->options.symmetry_follow || (is_found && !qw_is_alike(run->mirror.far, edge)));
 }
 
-void qw_reflect_core(qw_run_state *run, const qw_quadmesh *quads, const uint8_t *sewn, const double *position,
+/* uint8_t[4 faces]: 1 where the half-edge is sewn along plane p. */
+static uint8_t *sewn_along(qw_env *env, const uint8_t *sewn, uint32_t faces, uint32_t p)
+{
+    uint8_t *edge = QW_NEW(env, uint8_t, 4 * (size_t)faces);
+    for (uint32_t h = 0; h < 4 * faces; h++) edge[h] = sewn[h] == p + 1;
+    return edge;
+}
+
+/* The quads of the core, those of all of the first plane's side: sewn to their reflections about the planes across it.
+ *sewn and *position become theirs. */
+static qw_quadmesh unfold(const qw_run_state *run, const qw_quadmesh *core, const uint8_t **sewn,
+                          const double **position)
+{
+    qw_env *env = run->env;
+    qw_quadmesh side = *core;
+    for (uint32_t p = run->mirror.across_count; p > 0; p--) {
+        uint8_t *edge = sewn_along(env, *sewn, side.face_count, p);
+        qw_mirrored m = qw_mirror_quads(env, &side, *position, &run->mirror.across[p - 1], edge, NULL, NULL);
+        carry_marks(env, &m, &side);
+        uint8_t *next = QW_NEW(env, uint8_t, 4 * (size_t)m.quads.face_count);
+        for (uint32_t h = 0; h < 4 * m.quads.face_count; h++) {
+            uint32_t from = h / 4 < side.face_count ? h & 3u : 3 - (h & 3u);
+            next[h] = m.quads.twin[h] == QW_NONE ? (*sewn)[4 * m.source[h / 4] + from] : 0;
+        }
+        qw_free(env, edge);
+        side = m.quads, *sewn = next, *position = m.position;
+    }
+    return side;
+}
+
+void qw_reflect_core(qw_run_state *run, const qw_quadmesh *core, const uint8_t *sewn, const double *position,
                      const double *own)
 {
     qw_env *env = run->env;
-    qw_mirrored m = qw_mirror_quads(env, quads, position, &run->mirror.plane, sewn, find_single(run, quads), own);
+    const uint8_t *single = find_single(run, core);
+    qw_quadmesh side = unfold(run, core, &sewn, &position), *quads = &side;
+    qw_mirrored m = qw_mirror_quads(env, quads, position, &run->mirror.plane,
+                                    sewn_along(env, sewn, quads->face_count, 0), single, own);
     run->reflected = quads->face_count;
     warn_of_one_sided_detail(run);
     place_in_frame(run, &m.quads, m.position);
     run->sides_meet = run->sides_meet && is_whole(run, &m.quads, m.position);
-    carry_marks(run, &m, quads);
+    carry_marks(env, &m, quads);
     run->finished = m.quads, run->output = m.position, run->source = m.source;
 }

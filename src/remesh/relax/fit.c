@@ -196,31 +196,39 @@ static float *mean_edges(qw_env *env, const fitting *t)
     return edge;
 }
 
-static bool is_on_cut(const double *cut, qw_vec3 p)
+/* The plane in which both points lie; NULL: none. */
+static const double *cut_at(const qw_fit *fit, qw_vec3 a, qw_vec3 b)
 {
-    return cut && fabs(cut[0] * (double)p.x + cut[1] * (double)p.y + cut[2] * (double)p.z - cut[3]) < ON_CUT;
+    for (uint32_t i = 0; i < fit->cuts; i++) {
+        const double *n = fit->cut + 4 * (size_t)i;
+        double up = n[0] * (double)a.x + n[1] * (double)a.y + n[2] * (double)a.z - n[3],
+               other = n[0] * (double)b.x + n[1] * (double)b.y + n[2] * (double)b.z - n[3];
+        if (fabs(up) < ON_CUT && fabs(other) < ON_CUT) return n;
+    }
+    return NULL;
 }
 
 /* Its normal; 0 where the vertex stays: on curves, boundaries and at corners. Where it lies on the boundary along the
    cut alone, what the normal has within the plane. */
-static qw_vec3 *directions(qw_env *env, const qw_quadmesh *q, const qw_vec3 *facing, const double *cut)
+static qw_vec3 *directions(qw_env *env, const qw_quadmesh *q, const qw_vec3 *facing, const qw_fit *fit)
 {
     assert(q->twin && facing);
     qw_vec3 *direction = QW_NEW(env, qw_vec3, q->vertex_count), none = qw_v3(0, 0, 0);
     uint8_t *cuts = QW_NEW_ZERO(env, uint8_t, q->vertex_count); /* sides at a vertex that lie in the cut */
+    const double **plane = QW_NEW_ZERO(env, const double *, q->vertex_count); /* in which they do */
     memcpy(direction, facing, q->vertex_count * sizeof *direction);
     for (uint32_t h = 0; h < 4 * q->face_count; h++) {
         uint32_t a = q->corner[h], b = q->corner[qw_quad_next(h)];
         bool is_open = q->twin[h] == QW_NONE, is_marked = q->mark && q->mark[h];
-        if (is_open && !is_marked && is_on_cut(cut, q->position[a]) && is_on_cut(cut, q->position[b]))
-            cuts[a]++, cuts[b]++;
+        const double *cut = is_open && !is_marked ? cut_at(fit, q->position[a], q->position[b]) : NULL;
+        if (cut) cuts[a]++, cuts[b]++, plane[a] = plane[b] = cut;
         else if (is_open || is_marked) direction[a] = direction[b] = none;
     }
     for (uint32_t v = 0; v < q->vertex_count; v++) {
         bool is_free = !q->kind || q->kind[v] == QW_VERTEX_FREE || (q->kind[v] == QW_VERTEX_CURVE && cuts[v] == 2);
         if (!is_free) direction[v] = none;
         if (cuts[v] != 2 || qw_length2(direction[v]) == 0) continue;
-        qw_vec3 normal = qw_v3_of_doubles(cut);
+        qw_vec3 normal = qw_v3_of_doubles(plane[v]);
         direction[v] = qw_normalize(qw_madd(direction[v], -qw_dot(direction[v], normal), normal));
     }
     return direction;
@@ -237,7 +245,7 @@ void qw_fit_quads(qw_env *env, qw_quadmesh *quads, const qw_fit *fit)
     qw_scope_begin(env);
     if (fit->target.tree) qw_put_curves_on_target(env, quads, &fit->target);
     fitting t = {.quads = quads, .fit = fit, .facing = qw_quadmesh_vertex_normals(env, quads)};
-    t.normal = directions(env, quads, t.facing, fit->cut);
+    t.normal = directions(env, quads, t.facing, fit);
     t.links = QW_NEW(env, link, 5 * (size_t)quads->face_count);
     list_links(&t);
     gather_links(env, &t);

@@ -9,8 +9,9 @@ typedef struct qw_fit {
     const qw_bvh *tree;   /* of the surface */
     float strength;       /* 0 to 1: the share of the way there */
     qw_fit_target target; /* what the surface stands for, where it stands for something else */
-    /* double[4]: unit normal and offset of a plane, within which boundary vertices on it move; NULL */
+    /* double[cuts][4]: unit normals and offsets of planes, within which boundary vertices on them move; NULL */
     const double *cut;
+    uint32_t cuts;
 } qw_fit;
 
 /* Moves quads->position to the least squares of the distances from the surface, integrated over the quads, each cut

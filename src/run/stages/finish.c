@@ -35,20 +35,21 @@ static void fit_to_surface(finishing *f)
     const qw_frame *frame = &run->clean.frame;
     if (run->options.fit == 0 || f->quads.face_count == 0) return;
     if (run->options.fit_to == QW_FIT_TO_LIMIT) return; /* from where they are now: run/stages/split_levels.h */
-    double cut[4] = {0};
-    for (int k = 0; run->input.cut && k < 3; k++) {
-        cut[k] = run->input.cut[k];
-        cut[3] -= cut[k] * frame->center[k];
+    double *cut = QW_NEW(run->env, double, 4 * (size_t)run->input.cuts);
+    for (uint32_t i = 0; i < run->input.cuts; i++) {
+        const double *from = run->input.cut + 4 * (size_t)i;
+        double *to = cut + 4 * (size_t)i, offset = from[3];
+        for (int k = 0; k < 3; k++) to[k] = from[k], offset -= from[k] * frame->center[k];
+        to[3] = offset * frame->scale;
     }
-    if (run->input.cut) cut[3] = (cut[3] + run->input.cut[3]) * frame->scale;
-    qw_fit fit = {.tree = run->tree, .strength = (float)run->options.fit};
-    if (run->input.cut) fit.cut = cut;
+    qw_fit fit = {.tree = run->tree, .strength = (float)run->options.fit, .cut = cut, .cuts = run->input.cuts};
     qw_trimesh seen;
     fit.target = (qw_fit_target){.surface = run->tree,
                                  .tree = qw_seen_of_input(f->run, &seen),
                                  .reach = (float)QW_WRAP_NEAR * run->whole.clean.wrapped,
                                  .off = (float)QW_WRAP_OFF * run->whole.clean.wrapped};
     qw_fit_quads(run->env, &f->quads, &fit);
+    qw_free(run->env, cut);
 }
 
 /* ---- what leaves */

@@ -38,14 +38,7 @@ typedef struct leveling {
 
 /* ---- the surface */
 
-static void put_segment(const qw_run_state *run, qw_vec3 *from, qw_vec3 *to, uint32_t *count, qw_vec3 a, qw_vec3 b)
-{
-    from[*count] = a, to[(*count)++] = b;
-    if (!run->mirror.is_used) return;
-    from[*count] = qw_reflected_point(run, a), to[(*count)++] = qw_reflected_point(run, b);
-}
-
-/* Sharp edges of the core, with their reflections, and the boundaries of the whole. */
+/* Sharp edges of the core in all its images, and the boundaries of the whole. */
 static void list_curves(leveling *l)
 {
     const qw_run_state *run = l->run;
@@ -55,16 +48,18 @@ static void list_curves(leveling *l)
         sharp += qw_stands_for_edge(core, h) && qw_is_curve_edge(core, h, false);
     for (uint32_t h = 0; h < 3 * whole->face_count; h++) open += whole->twin[h] == QW_NONE;
     if (sharp + open == 0) return;
-    qw_vec3 *from = QW_NEW(run->env, qw_vec3, 2 * ((size_t)sharp + open)),
-            *to = QW_NEW(run->env, qw_vec3, 2 * ((size_t)sharp + open));
+    size_t images = qw_image_count(run), all = images * sharp + open;
+    qw_vec3 *from = QW_NEW(run->env, qw_vec3, all), *to = QW_NEW(run->env, qw_vec3, all);
     for (uint32_t h = 0; h < 3 * core->face_count; h++)
-        if (qw_stands_for_edge(core, h) && qw_is_curve_edge(core, h, false))
-            put_segment(run, from, to, &count, qw_in_whole(run, core->position[core->corner[h]]),
-                        qw_in_whole(run, core->position[core->corner[qw_next(h)]]));
-    for (uint32_t h = 0; h < 3 * whole->face_count; h++)
-        if (whole->twin[h] == QW_NONE)
-            put_segment(run, from, to, &count, whole->position[whole->corner[h]],
-                        whole->position[whole->corner[qw_next(h)]]);
+        for (uint32_t i = 0; i < images && qw_stands_for_edge(core, h) && qw_is_curve_edge(core, h, false); i++) {
+            from[count] = qw_image_of(run, i, core->position[core->corner[h]]);
+            to[count++] = qw_image_of(run, i, core->position[core->corner[qw_next(h)]]);
+        }
+    for (uint32_t h = 0; h < 3 * whole->face_count; h++) {
+        if (whole->twin[h] != QW_NONE) continue;
+        from[count] = whole->position[whole->corner[h]];
+        to[count++] = whole->position[whole->corner[qw_next(h)]];
+    }
     l->shape.from = from, l->shape.to = to, l->shape.curves = qw_curve_tree_build(run->env, from, to, count);
 }
 

@@ -1,0 +1,15 @@
+/* Which surfaces may be cut along a plane of symmetry without loss. */
+#ifndef QW_WHOLE_SUITS_CUT_H
+#define QW_WHOLE_SUITS_CUT_H
+
+#include "whole/state.h"
+
+/* Whether half of the surface can be made into quads as well as the whole: not where tips lie on the plane, where what
+   is narrow is cut along, where creases were sampled, which are found less well beside a cut, and not plain solids.
+   Needs what CLEAN leaves. */
+bool qw_suits_cut(const qw_run_state *run, const qw_mirror_plane *plane);
+
+/* Whether the surface has sharp edges of some length. */
+bool qw_is_sharp(const qw_run_state *run);
+
+#endif
