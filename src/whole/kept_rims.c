@@ -301,7 +301,7 @@ double qw_faces_inside_rims(const qw_run_state *run, double faces)
         qw_recut cut = recut_for(run, &old, fmax(low, 1));
         edges = cut.begin[rims.count];
     }
-    double least = QUADS_AN_EDGE * edges;
+    double least = (run->plan.keeps_teeth ? 1 : QUADS_AN_EDGE) * edges;
     qw_scope_end(run->env);
     return rims.count > 0 ? fmax(fmax(low, least), 1) : faces;
 }
