@@ -316,7 +316,7 @@ qw_trimesh qw_engrave(qw_env *env, const qw_trimesh *surface, const qw_bvh *bvh,
         g.number = lines->number[i], g.mark = lines->mark[i];
         bool goes_on = engrave_one(&g, lines->point + lines->begin[i], lines->begin[i + 1] - lines->begin[i],
                                    lines->finer[i], normal, length / STEPS);
-        if (drawn) *drawn = goes_on && (i == 0 || *drawn);
+        if (drawn) drawn[i] = goes_on;
         else if (!goes_on)
             qw_fail(env, QW_ARGUMENT, g.number,
                     "guide %u cannot be drawn on the surface: from its point %u the next cannot be reached straight "

@@ -18,7 +18,7 @@ typedef struct qw_polylines {
 /* The surface with the polylines projected onto it as marked edges; other marks and points stay. length: that of the
    edges that quads are to have there; the projected lines may be shifted by a fiftieth of it. bvh: over the surface.
    *marked: how many edges were. Fails with QW_ARGUMENT where a line cannot be drawn on the surface from one point to
-   the next; where drawn is not NULL it says instead whether all could be. Arrays in the caller's scope. */
+   the next; where drawn is not NULL, bool[lines->count] says instead which could be. Arrays in the caller's scope. */
 qw_trimesh qw_engrave(qw_env *env, const qw_trimesh *surface, const qw_bvh *bvh, const qw_polylines *lines,
                       float length, int64_t *marked, bool *drawn);
 

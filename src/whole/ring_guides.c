@@ -54,10 +54,8 @@ void qw_smooth_guide(const qw_run_state *run, uint32_t guide, const qw_vec3 *poi
    curve, has 4 pi N^2 quads. */
 static const double NEST_SHARE = 0.15;
 
-/* Rings on each side of a neck that was found, where there is room; edges become shorter for one of them only. A pocket
-   is an eye or a mouth, around which a person lays more of them, with edges as short as
-   they need, at strength 1. */
-enum { RINGS_OF_NECK = 3, RINGS_OF_POCKET = 5 };
+/* Rings on each side of a neck for which edges are short enough, at strength 0.5, and of those that have room anyway. */
+enum { RINGS_OF_NECK = 5, LEAST_RINGS = 3 };
 
 qw_nests qw_nests_of_guides(const qw_run_state *run, double faces)
 {
@@ -71,7 +69,7 @@ qw_nests qw_nests_of_guides(const qw_run_state *run, double faces)
     const qw_vec3 *point = s->guide_count > 0 ? qw_guides_in_frame(run) : NULL;
     double most = 0;
     for (uint32_t g = 0; g < s->guide_count; g++) most += qw_has_rings(run, g);
-    for (uint32_t i = 0; i < run->necks.count; i++) most += run->necks.is_pocket[i];
+    for (uint32_t i = 0; i < run->necks.count; i++) most += 1.5 * run->necks.is_pocket[i];
     most = sqrt(NEST_SHARE * faces / (4 * QW_PI * most));
     for (uint32_t g = 0; g < s->guide_count; g++) {
         if (!qw_has_rings(run, g)) continue;
@@ -85,8 +83,8 @@ qw_nests qw_nests_of_guides(const qw_run_state *run, double faces)
         uint32_t begin = run->necks.begin[i];
         qw_nest *n = &nests.nest[nests.count++];
         n->point = run->necks.point + begin, n->point_count = run->necks.begin[i + 1] - begin;
-        n->rings = run->necks.is_pocket[i] ? fmax(run->options.rings * fmin(RINGS_OF_POCKET, most), 1) : 1;
-        n->most_rings = fmax(RINGS_OF_NECK, n->rings);
+        n->rings = fmax(fmin(2 * run->options.rings, 1) * fmin(RINGS_OF_NECK, most), 1);
+        n->most_rings = fmax(LEAST_RINGS, n->rings);
     }
     return nests;
 }

@@ -9,9 +9,8 @@
 #include <math.h>
 #include <string.h>
 
-/* A band is as wide as the circle of its curve's length has radius: rings around it are twice as long at most in a
-   plane. */
-static const double WIDEST = 1 / (2 * QW_PI);
+/* A band is as wide as three radii of the circle of its curve's length. */
+static const double WIDEST = 3 / (2 * QW_PI);
 /* Where a band of the wanted width is no annulus, narrower ones are tried, each by this share. */
 enum { TRIES = 10 };
 /* Near the far rim of a band, above this value, the harmonic function follows its jags. The band is found wider than
@@ -288,10 +287,11 @@ static void fit_nest(nesting *g, uint32_t nest, float *size)
 {
     qw_nest *n = &g->nests->nest[nest];
     side_fit fit[QW_SIDES];
-    double edge = mean_on_curve(g, nest, size);
+    double radius = ring_length(n) / (2 * QW_PI);
+    double edge = fmin(mean_on_curve(g, nest, size), ring_length(n) / QW_LEAST_AROUND);
     for (int side = 0; side < QW_SIDES; side++) fit[side] = measure(g, nest, side);
     for (int side = 0; side < QW_SIDES; side++) /* a side with half the room that the inside of a circle has counts */
-        if (fit[side].width > 0.5 * (1 - LEAST_RATIO) * fit[!side].width)
+        if ((double)fit[side].width > 0.5 * (1 - LEAST_RATIO) * radius)
             edge = fmin(edge, (double)fit[side].width / (n->rings * mean_row(fit[side].ratio)));
     n->edge = (float)edge;
     for (int side = 0; side < QW_SIDES; side++) {

@@ -17,6 +17,9 @@
 
 #include "geometry/trimesh.h"
 
+/* So many edges lie around a nest at least. */
+enum { QW_LEAST_AROUND = 6 };
+
 enum { QW_LEFT, QW_RIGHT, QW_SIDES }; /* of a curve, seen from outside the surface, walking along it */
 
 typedef struct qw_nest {
