@@ -20,7 +20,7 @@ static const double HALF = 0.5;
 /* A curve is looked for at so many distances, as many as there are edges on the way, up to where it has this share of the surface on its far side, or so many
    times what is farther out than the saddle. */
 enum { LEVELS = 96 };
-static const double MOST_INSIDE = 0.4, BEYOND_SADDLE = 2;
+static const double MOST_INSIDE = 0.4, BEYOND_SADDLE = 3;
 /* Edges in nests are as short as this share of the mean one at least. */
 static const double SHORTEST = 0.2;
 /* Points of a curve, and the rounds in which it is made smooth and short. */
@@ -165,6 +165,32 @@ static float walk_from(search *s, uint32_t from, double most)
     return last;
 }
 
+/* Takes the distances of what was reached from what waits beyond, in the place of those from the tip: so much less than
+   the largest of these, which is returned. Their lines lie along the rim of a pocket, at whatever slant the floor is. */
+static float turn_around(search *s)
+{
+    const qw_trimesh *m = s->mesh;
+    uint32_t beyond = s->reached_count;
+    float last = 0;
+    for (uint32_t i = 0; i < s->reached_count; i++) s->distance[s->reached[i]] = FARTHEST;
+    for (uint32_t v; (v = qw_queue_take(&s->queue)) != QW_NONE;) s->distance[v] = INFINITY, s->reached[beyond++] = v;
+    s->queue.last = 0;
+    for (uint32_t i = s->reached_count; i < beyond; i++) reach(s, s->reached[i], 0);
+    for (uint32_t v; (v = qw_queue_take(&s->queue)) != QW_NONE; last = s->distance[v]) {
+        uint32_t h = s->outgoing[v];
+        do {
+            uint32_t ends[2] = {m->corner[qw_next(h)], m->corner[qw_prev(h)]};
+            for (int i = 0; i < 2; i++)
+                if (s->distance[ends[i]] <= FARTHEST)
+                    reach(s, ends[i], s->distance[v] + qw_distance(m->position[v], m->position[ends[i]]));
+            h = qw_around(m, h);
+        } while (h != QW_NONE && h != s->outgoing[v]);
+    }
+    for (uint32_t i = 0; i < beyond; i++) s->distance[s->reached[i]] = last - s->distance[s->reached[i]];
+    s->reached_count = beyond;
+    return last;
+}
+
 /* As if nothing had been reached. */
 static void forget(search *s)
 {
@@ -177,8 +203,10 @@ static void forget(search *s)
 
 /* What lies nearer to a seed than each of LEVELS distances, and the length of the line there. */
 typedef struct levels {
-    int count;  /* of the levels: LEVELS at the most */
-    float step; /* level j is at (j + 1) times this */
+    bool pockets; /* are looked for, and nothing else */
+    bool others;  /* are there, of the other kind */
+    int count;    /* of the levels: LEVELS at the most */
+    float step;   /* level j is at (j + 1) times this */
     double length[LEVELS], area[LEVELS];
     int64_t euler[LEVELS];
     uint32_t ends[LEVELS]; /* of the line, at a boundary */
@@ -327,17 +355,21 @@ static void draw_in(const search *s, neck *n, int step)
         qw_vec3 middle = qw_scale(qw_add(point_at(s, n, i + step), point_at(s, n, i - step)), 0.5f),
                 to = qw_lerp(n->point[i], middle, 0.5f);
         qw_hit hit = qw_bvh_nearest(s->tree, to, qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
-        bool is_end = n->is_open && (i == 0 || i == POINTS - 1); /* it stays in the plane */
-        moved[i] = is_end ? to : hit.point, n->face[i] = hit.face;
+        moved[i] = hit.point, n->face[i] = hit.face;
+        if (!n->is_open || (i > 0 && i < POINTS - 1)) continue;
+        qw_vec3 normal = qw_v3_of_doubles(s->cut); /* an end stays in the plane */
+        moved[i] = qw_madd(hit.point, qw_dot(qw_sub(n->point[0], hit.point), normal), normal);
     }
     memcpy(n->point, moved, sizeof moved);
 }
 
 /* Smooth and a little shorter, so that it lies in the neck; it stays on the surface. Around a limb it becomes straight:
-   steps of a quarter of it undo a slant, but they would draw the rim of a pocket in. */
+   steps of a quarter of it undo a slant, but they would draw the rim of a pocket in, and more than a few rounds would
+   draw it off the corners of a mouth. */
 static void tighten(const search *s, neck *n)
 {
-    for (int i = 0; i < ROUNDS; i++) draw_in(s, n, n->is_pocket || n->is_open ? 1 : POINTS / 4 >> i % 4);
+    for (int i = 0; i < (n->is_pocket ? ROUNDS / 3 : ROUNDS); i++)
+        draw_in(s, n, n->is_pocket || n->is_open ? 1 : POINTS / 4 >> i % 4);
 }
 
 static bool fits(const search *s, double length) { return length >= QW_NECK_EDGES * SHORTEST * s->edge; }
@@ -356,14 +388,15 @@ static int middle_of_stretch(const search *s, const levels *l, int best)
     return (end[0] + end[1]) / 2;
 }
 
-static void take_neck(search *s, const levels *l, int j)
+static void take_neck(search *s, levels *l, int j)
 {
     neck n = {.ratio = ratio_at(s, l, j), .is_open = l->ends[j] > 0};
     if (s->count == QW_MOST_NECKS || !fits(s, l->length[j] * (1 + n.is_open)) ||
         !trace(s, level_at(l, j), l->length[j], &n))
         return;
     n.is_pocket = is_pocket(s, level_at(l, j), &n);
-    if (!n.is_pocket && n.ratio * (1 + n.is_open) > s->most_ratio) return;
+    if (n.is_pocket != l->pockets) l->others = true;
+    if (n.is_pocket != l->pockets || (!n.is_pocket && n.ratio * (1 + n.is_open) > s->most_ratio)) return;
     if (!n.is_pocket && !n.is_open) {
         int middle = middle_of_stretch(s, l, j);
         if (!trace(s, level_at(l, middle), l->length[middle], &n)) return;
@@ -374,7 +407,7 @@ static void take_neck(search *s, const levels *l, int j)
 }
 
 /* All minima of q along the levels from which it rises on both sides, or stays low up to where so much is inside. */
-static void find_minima(search *s, const levels *l)
+static void find_minima(search *s, levels *l)
 {
     int best = 0;
     double before = INFINITY; /* the most since the last minimum */
@@ -390,15 +423,20 @@ static void find_minima(search *s, const levels *l)
     }
 }
 
+/* Necks among the lines up to the distance `last`: pockets, or others. Returns whether there are others than these. */
+static bool look_at_levels(search *s, float last, bool pockets)
+{
+    levels l = {.count = (int)fmin(sqrt(s->reached_count), LEVELS), .pockets = pockets};
+    l.step = last / (float)l.count;
+    if (!(l.step > 0)) return false;
+    measure_levels(s, &l);
+    find_minima(s, &l);
+    return l.others;
+}
+
 static void look_from(search *s, const seed *from)
 {
-    float last = walk_from(s, from->vertex, from->area);
-    levels l = {.count = (int)fmin(sqrt(s->reached_count), LEVELS)};
-    l.step = last / (float)l.count;
-    if (l.step > 0) {
-        measure_levels(s, &l);
-        find_minima(s, &l);
-    }
+    if (look_at_levels(s, walk_from(s, from->vertex, from->area), false)) (void)look_at_levels(s, turn_around(s), true);
     forget(s);
 }
 
