@@ -15,7 +15,7 @@
 static const double MOST_RATIO = 0.4, RISE = 1.25;
 /* Tips are looked for on so many cells at most. Distances from so many of them, far from one another, say how far out a
    cell is. A tip is farther out than the saddle to the next by half an edge. */
-enum { MOST_CELLS = 30000, BASES = 8, MOST_SEEDS = 64 };
+enum { MOST_CELLS = 16000, BASES = 8, MOST_SEEDS = 64 };
 static const double HALF = 0.5;
 /* A curve is looked for at so many distances, as many as there are edges on the way, up to where it has this share of the surface on its far side, or so many
    times what is farther out than the saddle. */
