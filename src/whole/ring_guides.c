@@ -57,7 +57,7 @@ static const double NEST_SHARE = 0.15;
 /* Rings on each side of a neck for which edges are short enough, at strength 0.5: as many as rows lie across so many quads,
    at most MOST_RINGS. And of those that have room anyway. */
 static const double QUADS_OF_RINGS = 400;
-enum { MOST_RINGS = 6, LEAST_RINGS = 4 };
+enum { MOST_RINGS = 6, LEAST_RINGS = 3 };
 
 qw_nests qw_nests_of_guides(const qw_run_state *run, double faces)
 {
@@ -80,7 +80,7 @@ qw_nests qw_nests_of_guides(const qw_run_state *run, double faces)
         qw_vec3 *smooth = QW_NEW(env, qw_vec3, qw_smooth_count(run, g));
         qw_smooth_guide(run, g, point, smooth);
         n->point = smooth, n->point_count = qw_smooth_count(run, g);
-        n->rings = n->most_rings = fmin(s->guide_rings[g], most);
+        n->is_drawn = true, n->rings = n->most_rings = fmin(s->guide_rings[g], most);
     }
     for (uint32_t i = 0; i < run->necks.count; i++) {
         uint32_t begin = run->necks.begin[i];

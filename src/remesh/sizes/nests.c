@@ -452,7 +452,7 @@ static qw_vec3 axis_of(const qw_nest *n)
 
 /* In the middle of what a curve encloses the field runs one way, along the curve's longer axis: so the four cones of a
    long oval come to lie beside one another at its ends, not one behind the other, where the first would be near the
-   curve. The whole of the inside was grown last. */
+   curve. Not in what was found: limbs end in other ways. The whole of the inside was grown last. */
 static void direct_middle(const nesting *g, const qw_nest *n, float reach, const uint8_t *constraint,
                           qw_vec3 *direction)
 {
@@ -498,7 +498,7 @@ int64_t qw_direct_nests(qw_env *env, const qw_trimesh *mesh, const qw_nests *nes
             count += write_directions(&p, side == QW_LEFT ? 1 : -1, n->reach[side] + BEYOND * n->edge, constraint,
                                       direction);
             qw_scope_end(env);
-            if (grow_inside(&g, i, side)) direct_middle(&g, n, n->reach[side], constraint, direction);
+            if (n->is_drawn && grow_inside(&g, i, side)) direct_middle(&g, n, n->reach[side], constraint, direction);
         }
     }
     qw_scope_end(env);

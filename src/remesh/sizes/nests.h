@@ -26,6 +26,7 @@ typedef struct qw_nest {
     const qw_vec3
         *point; /* qw_vec3[point_count]: a polyline on the surface; the last is the first where it is closed */
     uint32_t point_count;
+    bool is_drawn;         /* by a person */
     double rings;          /* on each side, for which edges are short enough */
     double most_rings;     /* on each side, as far as there is room */
     float edge;            /* wanted edge length on the curve; set by qw_fit_nests, as the next */
