@@ -295,7 +295,8 @@ static bool engrave_one(graver *g, const qw_vec3 *point, uint32_t count, uint32_
         for (uint32_t k = 1; k <= pieces; k++) {
             qw_heartbeat(g->env);
             stop next = stop_at(g, qw_lerp(point[i - 1], point[i], (float)k / (float)pieces), normal);
-            if (is_closed && i + 1 == count && k == pieces) next = first; /* found again it might be a vertex beside it */
+            if (is_closed && i + 1 == count && k == pieces)
+                next = first; /* found again it might be a vertex beside it */
             if (!draw_on_a_sheet(g, now, &next, normal)) return false;
             now = next;
         }

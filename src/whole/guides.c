@@ -222,8 +222,7 @@ static void take_joints(taking *t)
             const qw_vec3 *p = point + s->guide_begin[g];
             uint32_t count = s->guide_begin[g + 1] - s->guide_begin[g];
             if (!joints && s->guide_kind[g] == QW_GUIDE_LOOP) add_steps(t, p, count);
-            if (joints && s->guide_kind[g] == QW_GUIDE_JOINT && t->taken.count < QW_MOST_NECKS &&
-                has_room(t, p, count))
+            if (joints && s->guide_kind[g] == QW_GUIDE_JOINT && t->taken.count < QW_MOST_NECKS && has_room(t, p, count))
                 take(t, p, count, 0), add_steps(t, p, count);
         }
 }
@@ -288,7 +287,8 @@ void qw_engrave_necks(qw_run_state *run, double rho)
         size_t most = found.count > 0 ? found.begin[found.count] : 0;
         if (s->guide_count > 0) most += s->guide_begin[s->guide_count];
         uint32_t curves = found.count + s->guide_count;
-        taking t = {.run = run, .edge = (float)rho, .from = QW_NEW(env, qw_vec3, most), .to = QW_NEW(env, qw_vec3, most)};
+        taking t = {
+            .run = run, .edge = (float)rho, .from = QW_NEW(env, qw_vec3, most), .to = QW_NEW(env, qw_vec3, most)};
         t.taken = (qw_necks){0, QW_NEW_ZERO(env, uint32_t, (size_t)curves + 1), QW_NEW(env, qw_vec3, most),
                              QW_NEW(env, uint8_t, curves)};
         take_joints(&t);

@@ -54,8 +54,8 @@ void qw_smooth_guide(const qw_run_state *run, uint32_t guide, const qw_vec3 *poi
    curve, has 4 pi N^2 quads. */
 static const double NEST_SHARE = 0.15;
 
-/* Rings on each side of a neck for which edges are short enough, at strength 0.5: as many as rows lie across so many quads,
-   at most MOST_RINGS. And of those that have room anyway. */
+/* Rings on each side of a neck for which edges are short enough, at strength 0.5: as many as rows lie across so many
+   quads, at most MOST_RINGS. And of those that have room anyway. */
 static const double QUADS_OF_RINGS = 400;
 enum { MOST_RINGS = 6, LEAST_RINGS = 3 };
 
@@ -73,7 +73,8 @@ qw_nests qw_nests_of_guides(const qw_run_state *run, double faces)
     for (uint32_t g = 0; g < s->guide_count; g++) most += qw_has_rings(run, g);
     for (uint32_t i = 0; i < run->necks.count; i++) most += run->necks.is_pocket[i];
     most = sqrt(NEST_SHARE * faces / (4 * QW_PI * most));
-    double wanted = fmin(sqrt(qw_times_used(run) * faces / QUADS_OF_RINGS), MOST_RINGS) * fmin(2 * run->options.rings, 1);
+    double wanted = fmin(sqrt(qw_times_used(run) * faces / QUADS_OF_RINGS), MOST_RINGS) *
+                    fmin(2 * run->options.rings, 1);
     for (uint32_t g = 0; g < s->guide_count; g++) {
         if (!qw_has_rings(run, g)) continue;
         qw_nest *n = &nests.nest[nests.count++];

@@ -10,15 +10,15 @@
 #include <math.h>
 #include <string.h>
 
-/* q of a pocket, and of other necks at strength 1; how much q rises between two necks on one limb, and by how much girths
-   differ that are about the same. */
+/* q of a pocket, and of other necks at strength 1; how much q rises between two necks on one limb, and by how much
+   girths differ that are about the same. */
 static const double MOST_RATIO = 0.4, RISE = 1.25;
 /* Tips are looked for on so many cells at most. Distances from so many of them, far from one another, say how far out a
    cell is. A tip is farther out than the saddle to the next by half an edge. */
 enum { MOST_CELLS = 16000, BASES = 8, MOST_SEEDS = 64 };
 static const double HALF = 0.5;
-/* A curve is looked for at so many distances, as many as there are edges on the way, up to where it has this share of the surface on its far side, or so many
-   times what is farther out than the saddle. */
+/* A curve is looked for at so many distances, as many as there are edges on the way, up to where it has this share of
+   the surface on its far side, or so many times what is farther out than the saddle. */
 enum { LEVELS = 96 };
 static const double MOST_INSIDE = 0.4, BEYOND_SADDLE = 3;
 /* Edges in nests are as short as this share of the mean one at least. */
@@ -45,7 +45,8 @@ typedef struct search {
     const uint32_t *outgoing; /* uint32_t[vertices] */
     float *distance;          /* float[vertices]; INFINITY: not reached */
     uint32_t *reached, reached_count;
-    uint32_t *face, face_count, *stamp, walk; /* the faces there; stamp: uint32_t[faces], the walk that was there last */
+    uint32_t *face, face_count, *stamp,
+        walk; /* the faces there; stamp: uint32_t[faces], the walk that was there last */
     qw_queue queue;
 } search;
 
@@ -100,8 +101,8 @@ static float *how_far_out(const search *s, const qw_cells *c)
     return sum;
 }
 
-/* Cells that are farther out than all around them, by as much as counts: as a flood falls from the farthest one, islands
-   come up around them, and of two that meet the lower one ends. seed: seed[cells + 1]. */
+/* Cells that are farther out than all around them, by as much as counts: as a flood falls from the farthest one,
+   islands come up around them, and of two that meet the lower one ends. seed: seed[cells + 1]. */
 static uint32_t find_seeds(const search *s, const qw_cells *c, seed *seeds)
 {
     qw_env *env = s->env;
@@ -166,7 +167,8 @@ static float walk_from(search *s, uint32_t from, double most)
 }
 
 /* Takes the distances of what was reached from what waits beyond, in the place of those from the tip: so much less than
-   the largest of these, which is returned. Their lines lie along the rim of a pocket, at whatever slant the floor is. */
+   the largest of these, which is returned. Their lines lie along the rim of a pocket, at whatever slant the floor is.
+ */
 static float turn_around(search *s)
 {
     const qw_trimesh *m = s->mesh;
@@ -243,7 +245,8 @@ static void measure_face(const search *s, uint32_t f, levels *l)
         qw_vec3 end[2];
         int ends = 0;
         for (uint32_t h = 3 * f; h < 3 * f + 3 && ends < 2; h++)
-            if (crosses(m, distance, h, level_at(l, (int)j))) end[ends++] = crossing(m, distance, h, level_at(l, (int)j));
+            if (crosses(m, distance, h, level_at(l, (int)j)))
+                end[ends++] = crossing(m, distance, h, level_at(l, (int)j));
         if (ends == 2) l->length[j] += (double)qw_distance(end[0], end[1]);
     }
     for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
@@ -463,8 +466,8 @@ static bool is_beside(search *s, const neck *n, int point, float near, const uin
     return false;
 }
 
-/* The clearest first, without those that lie beside one that was taken: nearer along the surface than an edge of theirs,
-   or than so much of their radius. */
+/* The clearest first, without those that lie beside one that was taken: nearer along the surface than an edge of
+   theirs, or than so much of their radius. */
 static qw_necks choose(search *s)
 {
     qw_env *env = s->env;
