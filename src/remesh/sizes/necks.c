@@ -23,6 +23,9 @@ enum { LEVELS = 96 };
 static const double MOST_INSIDE = 0.4, BEYOND_SADDLE = 3;
 /* Edges in nests are as short as this share of the mean one at least. */
 static const double SHORTEST = 0.2;
+/* Of so many quads one neck takes its share: where all that are found have fewer, none is taken, as rings around some
+   horns would leave no quads for the others. */
+static const double QUADS_OF_NECK = 64;
 /* Points of a curve, and the rounds in which it is made smooth and short. */
 enum { POINTS = 32, ROUNDS = 12 };
 
@@ -492,6 +495,7 @@ static qw_necks choose(search *s)
         necks.is_pocket[necks.count++] = n->is_pocket, necks.begin[necks.count] = to + POINTS + !n->is_open;
     }
     qw_free(env, order), qw_free(env, is_taken);
+    if (necks.count * QUADS_OF_NECK * s->edge * s->edge > s->area) necks.count = 0;
     return necks;
 }
 
