@@ -299,8 +299,6 @@ void qw_engrave_necks(qw_run_state *run, double rho)
         qw_kept(env, QW_MECH_NECKS, run->necks.count > joints ? run->necks.count - joints : 0);
         qw_scope_end(env);
     }
-    run->report->nests = run->necks.count;
-    for (uint32_t g = 0; g < run->steering.guide_count; g++) run->report->nests += qw_has_rings(run, g);
 }
 
 /* ---- directions */

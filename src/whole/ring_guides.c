@@ -59,7 +59,7 @@ static const double NEST_SHARE = 0.15;
 static const double QUADS_OF_RINGS = 400;
 enum { MOST_RINGS = 6, LEAST_RINGS = 3 };
 
-qw_nests qw_nests_of_guides(const qw_run_state *run, double faces)
+qw_nests qw_nests_of_guides(const qw_run_state *run, double rho)
 {
     qw_env *env = run->env;
     const qw_steering *s = &run->steering;
@@ -69,7 +69,7 @@ qw_nests qw_nests_of_guides(const qw_run_state *run, double faces)
     nests.nest = QW_NEW_ZERO(env, qw_nest, nests.count + run->necks.count);
     nests.count = 0;
     const qw_vec3 *point = s->guide_count > 0 ? qw_guides_in_frame(run) : NULL;
-    double most = 0;
+    double most = 0, faces = run->core.area / (rho * rho);
     for (uint32_t g = 0; g < s->guide_count; g++) most += qw_has_rings(run, g);
     for (uint32_t i = 0; i < run->necks.count; i++) most += run->necks.is_pocket[i];
     most = sqrt(NEST_SHARE * faces / (4 * QW_PI * most));
@@ -87,6 +87,7 @@ qw_nests qw_nests_of_guides(const qw_run_state *run, double faces)
         uint32_t begin = run->necks.begin[i];
         qw_nest *n = &nests.nest[nests.count++];
         n->point = run->necks.point + begin, n->point_count = run->necks.begin[i + 1] - begin;
+        if (!qw_fits_on_neck(n->point, n->point_count, rho)) continue; /* without rings: none of them */
         n->rings = fmax(run->necks.is_pocket[i] ? fmin(wanted, most) : wanted, 1);
         n->most_rings = fmax(LEAST_RINGS, n->rings);
     }

@@ -25,7 +25,7 @@ static const double MOST_INSIDE = 0.4, BEYOND_SADDLE = 3;
 static const double SHORTEST = 0.2;
 /* Of so many quads one neck takes its share: where all that are found have fewer, none is taken, as rings around some
    horns would leave no quads for the others. */
-static const double QUADS_OF_NECK = 64;
+static const double QUADS_OF_NECK = 100;
 /* Points of a curve, and the rounds in which it is made smooth and short. */
 enum { POINTS = 32, ROUNDS = 12 };
 
@@ -378,7 +378,14 @@ static void tighten(const search *s, neck *n)
         draw_in(s, n, n->is_pocket || n->is_open ? 1 : POINTS / 4 >> i % 4);
 }
 
-static bool fits(const search *s, double length) { return length >= QW_NECK_EDGES * SHORTEST * s->edge; }
+static bool fits(double length, double edge) { return length >= QW_NECK_EDGES * SHORTEST * edge; }
+
+bool qw_fits_on_neck(const qw_vec3 *point, uint32_t count, double edge)
+{
+    double length = 0;
+    for (uint32_t i = 0; i + 1 < count; i++) length += (double)qw_distance(point[i], point[i + 1]);
+    return fits(qw_distance(point[0], point[count - 1]) == 0 ? length : 2 * length, edge);
+}
 
 /* The middle of the levels around one over which the girth stays about the same: rings on both sides of it are as long,
    and necks of fingers do not meet where these part. */
@@ -397,7 +404,7 @@ static int middle_of_stretch(const search *s, const levels *l, int best)
 static void take_neck(search *s, levels *l, int j)
 {
     neck n = {.ratio = ratio_at(s, l, j), .is_open = l->ends[j] > 0};
-    if (s->count == QW_MOST_NECKS || !fits(s, l->length[j] * (1 + n.is_open)) ||
+    if (s->count == QW_MOST_NECKS || !fits(l->length[j] * (1 + n.is_open), s->edge) ||
         !trace(s, level_at(l, j), l->length[j], &n))
         return;
     n.is_pocket = is_pocket(s, level_at(l, j), &n);
@@ -409,7 +416,7 @@ static void take_neck(search *s, levels *l, int j)
     }
     if (!s->tree) s->tree = qw_bvh_build(s->env, s->mesh);
     tighten(s, &n);
-    if (fits(s, length_of(&n))) s->found[s->count++] = n;
+    if (fits(length_of(&n), s->edge)) s->found[s->count++] = n;
 }
 
 /* All minima of q along the levels from which it rises on both sides, or stays low up to where so much is inside. */

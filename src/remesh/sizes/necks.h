@@ -26,6 +26,9 @@ typedef struct qw_necks {
    edges fit that are a fifth as long as the mean one. Of what a cut halves others need half the q. cut: double[3], the
    normal of the plane in which the boundary lies that halves what encloses a tip or a floor in it; NULL: there is none.
    In the current scope. */
+/* Whether these edges fit around a curve, which is closed where its last point is its first, and else half of one. */
+bool qw_fits_on_neck(const qw_vec3 *point, uint32_t count, double edge);
+
 qw_necks qw_find_necks(qw_env *env, const qw_trimesh *surface, double edge, const double *cut, double strength);
 
 #endif

@@ -309,10 +309,26 @@ void qw_fit_nests(qw_env *env, const qw_trimesh *surface, const qw_nests *nests,
     assert(surface->twin && size);
     if (nests->count == 0) return;
     qw_scope_begin(env);
-    for (uint32_t i = 0; i < nests->count; i++)
-        nests->nest[i].reach[QW_LEFT] = nests->nest[i].reach[QW_RIGHT] = (float)(WIDEST * ring_length(&nests->nest[i]));
+    for (uint32_t i = 0; i < nests->count; i++) {
+        qw_nest *n = &nests->nest[i];
+        n->reach[QW_LEFT] = n->reach[QW_RIGHT] = n->most_rings > 0 ? (float)(WIDEST * ring_length(n)) : 0;
+    }
     nesting g = begin(env, surface, nests);
-    for (uint32_t i = 0; i < nests->count; i++) fit_nest(&g, i, size);
+    for (uint32_t i = 0; i < nests->count; i++)
+        if (nests->nest[i].most_rings > 0) fit_nest(&g, i, size);
+    qw_scope_end(env);
+}
+
+void qw_unmark_nests(qw_env *env, qw_trimesh *m, const qw_nests *nests)
+{
+    bool all = true;
+    for (uint32_t i = 0; i < nests->count; i++) all &= nests->nest[i].most_rings > 0;
+    if (all) return;
+    qw_scope_begin(env);
+    nesting g = {.env = env, .mesh = m, .nests = nests, .beside = QW_NEW_ZERO(env, uint8_t, m->face_count)};
+    find_curves(&g);
+    for (uint32_t k = 0; k < g.count; k++)
+        if (nests->nest[g.number[k]].most_rings == 0) m->mark[g.half[k]] = m->mark[m->twin[g.half[k]]] = 0;
     qw_scope_end(env);
 }
 
@@ -489,6 +505,7 @@ int64_t qw_direct_nests(qw_env *env, const qw_trimesh *mesh, const qw_nests *nes
     qw_scope_begin(env);
     nesting g = begin(env, mesh, nests);
     for (uint32_t i = 0; i < nests->count; i++) {
+        if (nests->nest[i].most_rings == 0) continue;
         direct_curve(&g, i, direction);
         for (int side = 0; side < QW_SIDES; side++) {
             const qw_nest *n = &nests->nest[i];

@@ -28,7 +28,7 @@ typedef struct qw_nest {
     uint32_t point_count;
     bool is_drawn;         /* by a person */
     double rings;          /* on each side, for which edges are short enough */
-    double most_rings;     /* on each side, as far as there is room */
+    double most_rings;     /* on each side, as far as there is room; 0: the curve is no nest after all */
     float edge;            /* wanted edge length on the curve; set by qw_fit_nests, as the next */
     float reach[QW_SIDES]; /* width of the band on each side */
 } qw_nest;
@@ -42,6 +42,9 @@ typedef struct qw_nests {
 /* Decides how wide each nest is and how long its edges are, out of the sizes that are wanted anyway, and writes the
    sizes in it. The curves are engraved in the surface. size: float[surface->vertex_count]. */
 void qw_fit_nests(qw_env *env, const qw_trimesh *surface, const qw_nests *nests, float *size);
+
+/* Takes the marks off the curves that are no nests after all. */
+void qw_unmark_nests(qw_env *env, qw_trimesh *mesh, const qw_nests *nests);
 
 /* Sets the directions along the rings, all the same way around, of free vertices in nests that were fitted, on a mesh
    in which their curves are chains of edges, and of the curves' own; returns of how many free ones. constraint:
