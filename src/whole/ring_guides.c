@@ -56,7 +56,7 @@ static const double NEST_SHARE = 0.15;
 
 /* Rings on each side of a neck for which edges are short enough, at strength 0.5: as many as rows lie across so many
    quads, at most MOST_RINGS. And of those that have room anyway. */
-static const double QUADS_OF_RINGS = 400;
+static const double QUADS_OF_RINGS = 350;
 enum { MOST_RINGS = 6, LEAST_RINGS = 3 };
 
 qw_nests qw_nests_of_guides(const qw_run_state *run, double rho)
