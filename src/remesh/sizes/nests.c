@@ -9,8 +9,9 @@
 #include <math.h>
 #include <string.h>
 
-/* A band is as wide as three radii of the circle of its curve's length. */
-static const double WIDEST = 3 / (2 * QW_PI);
+/* A band is as wide as so many radii of the circle of its curve's length: beside what a person drew one, so that the
+   rings asked for are near, beside what was found more, as a limb goes on. */
+static const double WIDEST_DRAWN = 1 / (2 * QW_PI), WIDEST_FOUND = 3 / (2 * QW_PI);
 /* Where a band of the wanted width is no annulus, narrower ones are tried, each by this share. */
 enum { TRIES = 10 };
 /* Near the far rim of a band, above this value, the harmonic function follows its jags. The band is found wider than
@@ -311,7 +312,8 @@ void qw_fit_nests(qw_env *env, const qw_trimesh *surface, const qw_nests *nests,
     qw_scope_begin(env);
     for (uint32_t i = 0; i < nests->count; i++) {
         qw_nest *n = &nests->nest[i];
-        n->reach[QW_LEFT] = n->reach[QW_RIGHT] = n->most_rings > 0 ? (float)(WIDEST * ring_length(n)) : 0;
+        double widest = n->most_rings > 0 ? n->is_drawn ? WIDEST_DRAWN : WIDEST_FOUND : 0;
+        n->reach[QW_LEFT] = n->reach[QW_RIGHT] = (float)(widest * ring_length(n));
     }
     nesting g = begin(env, surface, nests);
     for (uint32_t i = 0; i < nests->count; i++)
