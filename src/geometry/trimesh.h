@@ -9,8 +9,7 @@
  *               /  f   \          half-edge 3f+2 : corner[3f+2] -> corner[3f]
  *   corner[3f] ----3f---- corner[3f+1]
  */
-#ifndef QW_GEOMETRY_TRIMESH_H
-#define QW_GEOMETRY_TRIMESH_H
+#pragma once
 
 #include "base/env.h"
 #include "base/vec.h"
@@ -129,5 +128,3 @@ double qw_trimesh_area(const qw_trimesh *mesh);
 /* Unit normals weighted by area: qw_vec3[face_count], qw_vec3[vertex_count]. Zero-area faces have normal 0. */
 qw_vec3 *qw_face_normals(qw_env *env, const qw_trimesh *mesh);
 qw_vec3 *qw_vertex_normals(qw_env *env, const qw_trimesh *mesh);
-
-#endif

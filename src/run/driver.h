@@ -4,8 +4,7 @@
  * the memory that it lies in, so that the run can go on with it as if no other had followed. There is at most one for
  * each loop: for the retries that go back to REGULAR, to SCALE and to WORKING.
  */
-#ifndef QW_RUN_DRIVER_H
-#define QW_RUN_DRIVER_H
+#pragma once
 
 #include "remesh/quads/rounds.h"
 #include "run/retry.h"
@@ -66,5 +65,3 @@ void qw_replace_density(qw_context_state *c, const qw_density *density);
 /* Forgets all that was made of the mesh, and steers by this from now on: arrays that are not those of before are blocks
    of the innermost scope. */
 void qw_replace_steering(qw_context_state *c, const qw_steering *steering);
-
-#endif

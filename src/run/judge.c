@@ -54,12 +54,7 @@ static void judge_topology(const qw_run_state *run, qw_judgement *j)
 
 static void judge_count(const qw_run_state *run, qw_verdict *v)
 {
-    const qw_offset_mesh *m = &run->inversion_free;
     v->faces = run->simplified.face_count + qw_surplus_of_core(run, &run->simplified);
-    v->integer_faces = (double)qw_offset_count(m).double_area / 2;
-    v->has_corner_cones = 0;
-    for (uint32_t i = 0; i < m->vertex_count && !v->has_corner_cones; i++)
-        v->has_corner_cones = m->constraint[i] == QW_VERTEX_CORNER && m->index[i] != 0;
 }
 
 /* ---- after RELAX */

@@ -1,6 +1,5 @@
 /* What an attempt was like, as far as a stage shows it. */
-#ifndef QW_RUN_JUDGE_H
-#define QW_RUN_JUDGE_H
+#pragma once
 
 #include "remesh/quads/rounds.h"
 #include "remesh/quads/topology.h"
@@ -18,5 +17,3 @@ typedef struct qw_judgement {
 /* Adds to the verdict what the finished stage shows. rounds: the results of earlier rounds; those of RELAX are added
    to them. */
 void qw_judge(const qw_run_state *run, qw_stage finished, qw_rounds *rounds, qw_judgement *judgement);
-
-#endif

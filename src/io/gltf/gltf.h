@@ -1,8 +1,7 @@
 /* What a glTF file holds beside its surface, as qw_read_gltf leaves it and qw_put_gltf takes it up: nodes, materials,
  * textures, images, skins, animations, cameras and all extensions, their text and bytes as they were. Only the numbers
  * by which they refer to accessors and views of the buffer are new. */
-#ifndef QW_IO_GLTF_GLTF_H
-#define QW_IO_GLTF_GLTF_H
+#pragma once
 
 #include "io/file.h"
 #include "io/pen.h"
@@ -76,5 +75,3 @@ void qw_put_gltf_levels(qw_env *env, qw_file *file, bool is_binary, const qw_glt
 
 /* Blocks that belong to it, for qw_keep and qw_free: `each` is called for them and for the structure. */
 void qw_gltf_each_block(qw_env *env, qw_gltf_rest *rest, void (*each)(qw_env *env, void *block));
-
-#endif

@@ -1,6 +1,5 @@
 /* Angles of quads on planes, cylinders and their like, where circles and rows were made even. */
-#ifndef QW_PRODUCTS_EXACT_EASE_H
-#define QW_PRODUCTS_EXACT_EASE_H
+#pragma once
 
 #include "products/exact/held.h"
 
@@ -8,5 +7,3 @@
    those all of whose neighbours lie on the primitive too, and, along it, those on the curve of two. stays:
    uint8_t[quads->vertex_count], 1: has its place. quads: linked. No quad that is not flipped becomes so. */
 void qw_ease_angles(qw_env *env, const qw_quadmesh *quads, const qw_held *held, const uint8_t *stays);
-
-#endif

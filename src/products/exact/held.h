@@ -1,6 +1,5 @@
 /* Which primitives the vertices of quads lie on, while these are made even. */
-#ifndef QW_PRODUCTS_EXACT_HELD_H
-#define QW_PRODUCTS_EXACT_HELD_H
+#pragma once
 
 #include "products/exact/primitive.h"
 #include "geometry/quadmesh.h"
@@ -22,5 +21,3 @@ typedef struct qw_held {
     const uint8_t *on_tangent;                            /* uint8_t[vertices] */
     void *user;
 } qw_held;
-
-#endif

@@ -1,6 +1,5 @@
 /* Even rows of quads on cylinders and cones. */
-#ifndef QW_PRODUCTS_EXACT_ROWS_H
-#define QW_PRODUCTS_EXACT_ROWS_H
+#pragma once
 
 #include "products/exact/held.h"
 
@@ -13,5 +12,3 @@ void qw_even_rows(qw_env *env, const qw_quadmesh *quads, const qw_held *held);
    vertices go back to `before`, double[vertices][3], and back, uint8_t[vertices], is 1 (NULL: not told). */
 void qw_undo_bad(qw_env *env, const qw_quadmesh *quads, double *place, const double *before, double slack,
                  uint8_t *back);
-
-#endif

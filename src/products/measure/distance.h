@@ -1,6 +1,5 @@
 /* Distances between a polygon mesh and the surface it stands for; called by qw_measure_mesh. */
-#ifndef QW_PRODUCTS_MEASURE_DISTANCE_H
-#define QW_PRODUCTS_MEASURE_DISTANCE_H
+#pragma once
 
 #include "geometry/polygons.h"
 
@@ -18,5 +17,3 @@ typedef struct qw_sides {
    sides: may be NULL. */
 void qw_measure_distances(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges,
                           const qw_mesh_view *against, const qw_sides *sides, qw_quality *quality);
-
-#endif

@@ -3,8 +3,7 @@
  *
  * Lines: at each cone as many lattice lines begin as quads meet there. They are numbered around it, by the quarter
  * turns of the real layout, from the vertex's first half-edge on. */
-#ifndef QW_REMESH_MEETINGS_LAYOUT_H
-#define QW_REMESH_MEETINGS_LAYOUT_H
+#pragma once
 
 #include "remesh/quantise/complex_components.h"
 #include "remesh/quantise/double2.h"
@@ -82,5 +81,3 @@ static inline unsigned qw_quarter_of(qw_double2 d)
     if (d.y > d.x && d.y <= -d.x) return 2;
     return 3;
 }
-
-#endif

@@ -1,7 +1,6 @@
 /* Tries to make two lines meet, each from the same layout: they do not depend on one another, so several are made
  * side by side, and the first that can be kept is taken, as if they had been made one after the other. */
-#ifndef QW_REMESH_MEETINGS_TRIES_H
-#define QW_REMESH_MEETINGS_TRIES_H
+#pragma once
 
 #include "base/lanes.h"
 #include "remesh/meetings/candidates.h"
@@ -64,5 +63,3 @@ void qw_tries_find(qw_env *env, qw_tries *a, const qw_outlook *outlook, qw_candi
    its index, or count. Those before it have their misses_count set. */
 uint32_t qw_tries_make(qw_env *env, qw_tries *a, qw_candidate *const *candidate, uint32_t count,
                        qw_measured_layout *now);
-
-#endif

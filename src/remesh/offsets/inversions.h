@@ -1,7 +1,6 @@
 /* Orientation-preserving offsets: no triangle inverted, Eq. (4) (paper, Section 3.4). Needs regular offsets whose
  * components are -1, 0 or 1. */
-#ifndef QW_REMESH_OFFSETS_INVERSIONS_H
-#define QW_REMESH_OFFSETS_INVERSIONS_H
+#pragma once
 
 #include "remesh/offsets/offsets.h"
 
@@ -37,5 +36,3 @@ void qw_star_at(qw_env *env, const qw_offset_mesh *m, uint32_t outgoing, qw_star
 /* Moves the star's vertex by t, in the frame of the star's first triangle. */
 void qw_star_move(qw_offset_mesh *m, const qw_star *star, qw_int2 t);
 uint32_t *qw_offset_outgoing(qw_env *env, const qw_offset_mesh *m); /* as qw_trimesh_outgoing */
-
-#endif

@@ -5,8 +5,7 @@
  * eight quarters instead of four: the quads get a finger that the surface hasn't. Vertices that zero edges join become
  * one, so it is such clusters that count.
  */
-#ifndef QW_REMESH_OFFSETS_TURNING_NUMBERS_H
-#define QW_REMESH_OFFSETS_TURNING_NUMBERS_H
+#pragma once
 
 #include "remesh/offsets/inversions.h"
 
@@ -19,5 +18,3 @@ uint32_t qw_find_low_turning_numbers(qw_env *env, const qw_offset_mesh *m, uint8
 /* Changes offsets near such clusters, by satisfiability, so that each has its angle and no triangle is inverted.
    Returns how many clusters are left. */
 uint32_t qw_repair_turning_numbers(qw_env *env, qw_offset_mesh *m, qw_inversion_counts *counts);
-
-#endif

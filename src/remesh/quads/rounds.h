@@ -1,7 +1,6 @@
 /* What several rounds made of each component of a surface, and the best of it: a leg that one round keeps and the next
  * one loses is taken from the first. */
-#ifndef QW_REMESH_QUADS_ROUNDS_H
-#define QW_REMESH_QUADS_ROUNDS_H
+#pragma once
 
 #include "geometry/quadmesh.h"
 #include "geometry/trimesh.h"
@@ -42,5 +41,3 @@ bool qw_rounds_add(qw_env *env, qw_rounds *rounds, const qw_round *round, qw_qua
    size: float[working->vertex_count], the wanted edge length. */
 qw_sites qw_rounds_uncovered(qw_env *env, const qw_rounds *rounds, const qw_trimesh *working, const float *size,
                              const qw_quadmesh *best, float far);
-
-#endif

@@ -1,7 +1,6 @@
 /* Finds parts of the surface that vanished although the topology is intact, such as a finger whose cones all rounded to
  * one point. */
-#ifndef QW_REMESH_QUADS_UNCOVERED_H
-#define QW_REMESH_QUADS_UNCOVERED_H
+#pragma once
 
 #include "geometry/bvh.h"
 #include "geometry/quadmesh.h"
@@ -29,5 +28,3 @@ qw_sites qw_list_uncovered(qw_env *env, const qw_trimesh *surface, const float *
 /* Both at once. */
 qw_sites qw_uncovered_sites(qw_env *env, const qw_trimesh *surface, const float *size, const qw_halves *quads,
                             float far);
-
-#endif

@@ -1,8 +1,7 @@
 /* The equations of regularity by themselves: triangles, edges and turns without a surface, so that they can be made
  * coarser than any surface (decimated.h, paper/multiresolution.h). Each triangle has three half-edges 3f, 3f+1,
  * 3f+2; an edge has one or two. */
-#ifndef QW_REMESH_QUANTISE_COMPLEX_H
-#define QW_REMESH_QUANTISE_COMPLEX_H
+#pragma once
 
 #include "remesh/offsets/offsets.h"
 
@@ -57,5 +56,3 @@ static inline qw_int2 qw_complex_residual(const qw_complex *c, uint32_t f)
     for (uint32_t h = 3 * f; h < 3 * f + 3; h++) sum = qw_int2_add(sum, qw_steps_along(c, h));
     return sum;
 }
-
-#endif

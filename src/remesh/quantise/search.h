@@ -3,8 +3,7 @@
  * size meets the count, small components get other lengths (search_count.h); where a component has inverted triangles
  * at every size, noise is added before its offsets are rounded. Then curves that touch are parted and lines are made to
  * meet (search_curves.h). */
-#ifndef QW_REMESH_QUANTISE_SEARCH_H
-#define QW_REMESH_QUANTISE_SEARCH_H
+#pragma once
 
 #include "remesh/meetings/meetings.h"
 #include "remesh/quantise/regular.h"
@@ -25,5 +24,3 @@ typedef struct qw_search_result {
    curves are parted, some touched, and a search with signs parted them. In the current scope. */
 qw_search_result qw_search_integers(qw_env *env, qw_components *components, const qw_search_request *request,
                                     qw_int2 *d);
-
-#endif

@@ -1,7 +1,6 @@
 /* The steps of the search for integers that try sizes: of all components together, of long
  * components stretched, and with noise. */
-#ifndef QW_REMESH_QUANTISE_SEARCH_SIZES_H
-#define QW_REMESH_QUANTISE_SEARCH_SIZES_H
+#pragma once
 
 #include "remesh/quantise/search_state.h"
 
@@ -15,5 +14,3 @@ void qw_search_other_sizes(qw_env *env, qw_search *s);
 /* Where the count breaks the promise or a triangle is inverted, rounds offsets with more and more noise. Returns how
    many sizes were tried, with those before. */
 uint32_t qw_search_noise(qw_env *env, qw_search *s);
-
-#endif

@@ -1,7 +1,6 @@
 /* What the steps of the search for integers share: the best trial of each component so far, the totals over all
  * components, and the score by which two totals are compared. */
-#ifndef QW_REMESH_QUANTISE_SEARCH_STATE_H
-#define QW_REMESH_QUANTISE_SEARCH_STATE_H
+#pragma once
 
 #include "remesh/quantise/collapse.h"
 #include "remesh/quantise/search_trial.h"
@@ -76,5 +75,3 @@ static inline const qw_complex *qw_search_complex(const qw_search *s, uint32_t p
 {
     return &s->components->component[p].decimated.complex;
 }
-
-#endif

@@ -180,7 +180,7 @@ void qw_stage_OFFSETS(qw_run_state *run)
                           run->direction,
                           run->nested,
                           run->options.align_boundary != 0,
-                          qw_is_closed_flow(&run->options) && run->plan.cones == QW_CONES_AT_CORNERS};
+                          qw_is_closed_flow(&run->options)};
     run->offsets = qw_integer_offsets(run->env, &in);
     qw_offset_counts c = qw_offset_count(&run->offsets);
     run->report->orientation_singularities = c.singular_vertices;
@@ -222,11 +222,9 @@ void qw_stage_REGULAR(qw_run_state *run)
         /* where rho was raised, as the component is long and thin, fewer quads fit; repairs make up for the others */
         double fit = qw_in_quads(run, run->core.area),
                wanted = fit < FITS * run->faces_wanted ? fmax(fit, 1) : run->faces_wanted;
-        /* lines that are straightened past cones beside a corner squeeze the quads there */
-        bool beside = run->plan.cones == QW_CONES_BESIDE_CORNERS;
         qw_quantise_request request = {.quads = wanted / (run->plan.size_factor * run->plan.size_factor),
                                        .times = qw_times_used(run),
-                                       .loops = beside ? 0 : run->options.loops,
+                                       .loops = run->options.loops,
                                        .follow = run->options.follow,
                                        .stiff = run->plan.strategy == QW_STRATEGY_STIFF,
                                        .verdict = run->curve_outcome};
