@@ -1,7 +1,6 @@
 /* Quads on the planes, cylinders, cones, spheres and tori of a designed part: their vertices lie on these to rounding,
- * and not on the triangles that cut the corner; those between two of them on both. Circles have equal edges, circles
- * about one axis that lines of quads join are alike, and these lines run straight along the axis, the rows around it at
- * one height; rows follow the tangents where rounds end. */
+ * and not on the triangles that cut the corner; those between two of them on both. Circles have equal edges, and angles
+ * around them are eased. */
 #pragma once
 
 #include "geometry/bvh.h"
