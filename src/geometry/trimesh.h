@@ -15,7 +15,7 @@
 #include "base/vec.h"
 
 /* Bits of `mark`, one byte a half-edge; the two half-edges of an edge carry the same bits. */
-enum {
+enum qw_mark_flag {
     QW_MARK_FEATURE = 1,
     QW_MARK_RING = 2, /* beside QW_MARK_FEATURE: of the curve of a nest (remesh/sizes/nests.h), which has no corners */
     QW_MARKS = QW_MARK_FEATURE | QW_MARK_RING

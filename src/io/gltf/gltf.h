@@ -7,7 +7,14 @@
 #include "io/pen.h"
 #include "io/soup.h"
 
-enum { QW_GLTF_INT8 = 5120, QW_GLTF_UINT8, QW_GLTF_INT16, QW_GLTF_UINT16, QW_GLTF_UINT32 = 5125, QW_GLTF_FLOAT32 };
+enum qw_gltf_number_type {
+    QW_GLTF_INT8 = 5120,
+    QW_GLTF_UINT8,
+    QW_GLTF_INT16,
+    QW_GLTF_UINT16,
+    QW_GLTF_UINT32 = 5125,
+    QW_GLTF_FLOAT32
+};
 /* Joints of one set; bytes: to which views and chunks are aligned, and those before the chunks of a GLB and before
    each of them. */
 enum { QW_GLTF_SET = 4, QW_GLTF_ALIGNMENT = 4, QW_GLB_HEADER = 12, QW_GLB_CHUNK_HEADER = 8 };

@@ -5,7 +5,7 @@
 
 /* Of a triangle of which only the outside is seen: it is a sheet, on either side of which faces may lie; beyond its
  * edge i there is room (QW_SEEN_BEYOND << i), so that one that is sharp is an edge of what is seen. */
-enum { QW_SEEN_BOTH = 1, QW_SEEN_BEYOND = 2 };
+enum qw_seen_flag { QW_SEEN_BOTH = 1, QW_SEEN_BEYOND = 2 };
 
 /* What is known of a surface that it does not say alone. */
 typedef struct qw_sides {

@@ -6,7 +6,7 @@
 
 /* QW_FACE_BOTH: the file has the face from both sides, as often the one as the other, so that it may be turned either
  * way. */
-enum { QW_FACE_DROPPED = 1, QW_FACE_BOTH = 2 };
+enum qw_face_fate { QW_FACE_DROPPED = 1, QW_FACE_BOTH = 2 };
 
 typedef struct qw_sheets {
     uint32_t vertex_count, face_count;

@@ -30,7 +30,7 @@ double qw_triangle_energy(const qw_complex *c, uint32_t f)
     return CRUSHED * fmax(AREA_LEFT * det - left, 0) / 2 + (qw_square2(p) + qw_square2(q)) / fmax(det, 1e-6) / 2;
 }
 
-static double energy_of(const qw_complex *c)
+double qw_complex_energy(const qw_complex *c)
 {
     double sum = 0;
     for (uint32_t f = 0; f < c->face_count; f++) sum += qw_triangle_energy(c, f);
@@ -66,7 +66,7 @@ bool qw_measure_energy(const qw_meeting_terms *terms, qw_measured_layout *m)
     qw_layout_undo(&m->layout, m->source.d);
     if (qw_complex_inverted(&m->source) > terms->inverted || joins_or_parts(&m->source, terms->first)) return false;
     if (qw_count_odd_curves(&terms->curves, m->source.d) > terms->odd) return false;
-    m->energy = energy_of(&m->source);
+    m->energy = qw_complex_energy(&m->source);
     return !terms->accepts_by_estimate || terms->worth * m->energy < terms->best_score;
 }
 
@@ -87,7 +87,7 @@ void qw_measured_layout_fill(const qw_meeting_terms *terms, qw_measured_layout *
     qw_layout_fill(&m->layout, terms->component, m->source.real, d);
     memcpy(m->source.d, d, m->source.edge_count * sizeof *d);
     m->is_numbered = false;
-    m->energy = energy_of(&m->source);
+    m->energy = qw_complex_energy(&m->source);
     qw_measure_lines(terms, m, INFINITY);
 }
 

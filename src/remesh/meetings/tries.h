@@ -41,6 +41,8 @@ void qw_measured_layout_fill(const qw_meeting_terms *terms, qw_measured_layout *
    how far its derivative is from the identity, in quads, and what it costs where the triangle is crushed. The square
    alone takes a strip of three quads that becomes one for less than a fifth of what its rows lose. */
 double qw_triangle_energy(const qw_complex *c, uint32_t f);
+/* Of all triangles. */
+double qw_complex_energy(const qw_complex *c);
 /* Measures the energy of the layout with its integers as they are; false where they have faults. */
 bool qw_measure_energy(const qw_meeting_terms *terms, qw_measured_layout *m);
 /* Length of all lines if the quads were as many as the first offsets have: fewer and larger ones are no gain. False

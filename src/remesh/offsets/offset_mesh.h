@@ -21,7 +21,7 @@ typedef struct qw_real2 {
     float x, y;
 } qw_real2;
 
-enum { QW_FIXED_X = 1, QW_FIXED_Y = 2 };
+enum qw_fixed_flag { QW_FIXED_X = 1, QW_FIXED_Y = 2 };
 /* Of the bits of an edge: whether its x (k even) or its y is fixed. */
 static inline bool qw_is_fixed(uint8_t bits, uint32_t k) { return bits & (k % 2 ? QW_FIXED_Y : QW_FIXED_X); }
 

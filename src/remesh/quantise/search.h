@@ -1,8 +1,7 @@
 /* Integer offsets for a decimated complex. Several sizes of the quads are tried for each connected component, and the
  * combination is taken that comes nearest to the closed real offsets and to the wanted count (search_sizes.h). Where no
- * size meets the count, small components get other lengths (search_count.h); where a component has inverted triangles
- * at every size, noise is added before its offsets are rounded. Then curves that touch are parted and lines are made to
- * meet (search_curves.h). */
+ * size meets the count, small components get other lengths (search_count.h). Then curves that touch are parted and
+ * lines are made to meet (search_curves.h). */
 #pragma once
 
 #include "remesh/meetings/meetings.h"

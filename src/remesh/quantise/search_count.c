@@ -2,6 +2,7 @@
 
 #include "base/mechanisms.h"
 #include "base/promise.h"
+#include "remesh/meetings/tries.h"
 #include "remesh/quantise/nearest.h"
 #include "remesh/quantise/nudge.h"
 
@@ -29,37 +30,27 @@ void qw_nudge_trial(qw_env *env, const qw_search *s, qw_trial *t, double others,
     qw_scope_end(env);
 }
 
-/* Whether a band of quads between curves is one quad wide. Another attempt, with cones beside the corners of feature
-   curves, would have no room for them there and would lose the band; so the lengths must meet the count. */
-static bool has_narrow_band(const qw_search *s, uint32_t p)
-{
-    const qw_int2 *d = s->kept[p].d;
-    for (uint32_t e = 0; e < qw_search_complex(s, p)->edge_count; e++)
-        if (abs(d[e].x) + abs(d[e].y) == 1) return true;
-    return false;
-}
-
-/* The cheapest offsets so far for which the count is right and no edge loses its length. */
+/* The least distorted offsets so far for which the count is right and no edge loses its length. */
 typedef struct choice {
     const qw_search *s;
     const qw_complex *c; /* with the offsets that are looked at */
     const qw_int2 *kept;
-    double area_kept, cost;
+    double area_kept, energy;
     qw_int2 *d;
 } choice;
 
-/* Keeps the integers at hand if they are the cheapest so far, keep the count and invert nothing. */
-static void choose_cheapest(qw_env *env, void *user)
+/* Keeps the integers at hand if they distort least so far, keep the count and invert nothing. */
+static void choose_least(qw_env *env, void *user)
 {
     (void)env;
     choice *k = user;
     qw_search_total sum = k->s->sum;
     sum.area += qw_complex_area(k->c) - k->area_kept;
-    double cost = qw_complex_cost(k->c);
-    if (cost >= k->cost || qw_search_miss(k->s, &sum) > 0 || qw_complex_inverted(k->c) > 0 ||
+    double energy = qw_complex_energy(k->c);
+    if (energy >= k->energy || qw_search_miss(k->s, &sum) > 0 || qw_complex_inverted(k->c) > 0 ||
         qw_complex_loses_length(k->c, k->kept))
         return;
-    k->cost = cost;
+    k->energy = energy;
     memcpy(k->d, k->c->d, k->c->edge_count * sizeof *k->d);
 }
 
@@ -75,10 +66,10 @@ static void try_nearest(qw_env *env, qw_search *s, uint32_t p)
     qw_trial_aim(real, &t, c.real);
     memcpy(c.d, t.d, real->edge_count * sizeof *c.d);
     choice k = {s, &c, s->kept[p].d, qw_complex_area(&c), INFINITY, t.d};
-    qw_nearest_request request = {.most = MOST_NEAREST, .farthest = INFINITY, .visit = choose_cheapest, .user = &k};
+    qw_nearest_request request = {.most = MOST_NEAREST, .farthest = INFINITY, .visit = choose_least, .user = &k};
     qw_visit_nearest(env, &c, &request);
     qw_acted(env, QW_MECH_NEAREST, 1);
-    if (k.cost < INFINITY) {
+    if (k.energy < INFINITY) {
         qw_search_judge(s, &t);
         qw_kept(env, QW_MECH_NEAREST, qw_search_take_if_better(s, &t));
     }
@@ -94,7 +85,6 @@ static bool is_large_enough(const qw_search *s, uint32_t p)
 void qw_search_nearest(qw_env *env, qw_search *s)
 {
     for (uint32_t p = 0; p < s->components->count && qw_search_miss(s, &s->sum) > 0; p++)
-        if (is_large_enough(s, p) && !qw_trial_has_faults(&s->kept[p]) && has_narrow_band(s, p) &&
-            qw_uses(env, QW_MECH_NEAREST))
+        if (is_large_enough(s, p) && !qw_trial_has_faults(&s->kept[p]) && qw_uses(env, QW_MECH_NEAREST))
             try_nearest(env, s, p);
 }

@@ -9,6 +9,6 @@
    qw_nudge_area. */
 void qw_nudge_trial(qw_env *env, const qw_search *s, qw_trial *t, double others, double *work);
 
-/* For small components without faults in which a band is one quad wide, tries the offsets nearest to the real ones
+/* For small components without faults, tries the offsets nearest to the real ones
    (nearest.h). */
 void qw_search_nearest(qw_env *env, qw_search *s);

@@ -21,7 +21,7 @@ typedef struct qw_search {
     uint32_t *first;            /* uint32_t[components]: the place of a component in an array over the edges of all */
     qw_network *network;        /* qw_network[components] */
     int64_t **potential;        /* int64_t *[components]: see qw_trial */
-    int tries;                  /* sizes that are tried without noise */
+    int tries;                  /* sizes that are tried */
     qw_trial *kept;             /* qw_trial[components], each with its own d: the best so far */
     qw_search_total sum;        /* of those kept */
     double score;               /* of sum; what is lower is better */
@@ -39,8 +39,7 @@ qw_search qw_search_begin(qw_env *env, const qw_components *components, const qw
 /* qw_trial[combinations][components], each trial with room for its integers. In the current scope. */
 qw_trial *qw_search_room(qw_env *env, const qw_search *s, int combinations);
 
-/* Makes t the i-th trial of a component: the sizes around the wanted one, from the middle outward; then the same sizes
-   with noise, with more each time. */
+/* Makes t the i-th trial of a component: the sizes around the wanted one, from the middle outward. */
 void qw_search_prepare(const qw_search *s, qw_trial *t, uint32_t component, int i);
 
 /* Fills what a trial is judged by: area, cost, inverted, collapsed, open. */
