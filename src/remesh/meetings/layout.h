@@ -6,7 +6,6 @@
 #pragma once
 
 #include "remesh/quantise/complex_components.h"
-#include "remesh/quantise/double2.h"
 
 enum { QW_MOST_LINES = 32 }; /* of a cone; one with more counts as none */
 
@@ -53,13 +52,6 @@ void qw_layout_number(qw_layout *l);
    length[QW_MOST_LINES v + line]. Returns their sum; or, as soon as that is sure to be more than most_sum, something
    that is more, and lengths that say nothing. */
 int64_t qw_layout_measure(qw_layout *l, int32_t most, int64_t most_sum, int32_t *length);
-
-/* The real offset along a half-edge, in the frame of its triangle. */
-static inline qw_double2 qw_along(const qw_complex *c, uint32_t h)
-{
-    qw_real2 d = c->real[c->edge[h]];
-    return qw_turned2(c->rot[h], (qw_double2){(double)d.x, (double)d.y});
-}
 
 static inline uint32_t qw_across(const qw_complex *c, uint32_t h)
 {

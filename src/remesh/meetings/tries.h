@@ -37,12 +37,6 @@ qw_measured_layout qw_measured_layout_make(qw_env *env, const qw_component *comp
                                            uint32_t room);
 /* Begins anew with offsets d of the component. */
 void qw_measured_layout_fill(const qw_meeting_terms *terms, qw_measured_layout *m, const qw_int2 *d);
-/* Energy of the map from the real to the integer complex that is linear on triangle f: the integral of the square of
-   how far its derivative is from the identity, in quads, and what it costs where the triangle is crushed. The square
-   alone takes a strip of three quads that becomes one for less than a fifth of what its rows lose. */
-double qw_triangle_energy(const qw_complex *c, uint32_t f);
-/* Of all triangles. */
-double qw_complex_energy(const qw_complex *c);
 /* Measures the energy of the layout with its integers as they are; false where they have faults. */
 bool qw_measure_energy(const qw_meeting_terms *terms, qw_measured_layout *m);
 /* Length of all lines if the quads were as many as the first offsets have: fewer and larger ones are no gain. False

@@ -2,7 +2,6 @@
 
 #include "base/mechanisms.h"
 #include "base/promise.h"
-#include "remesh/meetings/tries.h"
 #include "remesh/quantise/nearest.h"
 #include "remesh/quantise/nudge.h"
 
