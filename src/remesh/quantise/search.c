@@ -62,7 +62,6 @@ static qw_search find_without_lines(qw_env *env, qw_components *components, cons
 {
     qw_search s = qw_search_begin(env, components, request);
     qw_search_sizes(env, &s);
-    qw_search_other_sizes(env, &s);
     qw_search_nearest(env, &s);
     *tries += (uint32_t)s.tries;
     qw_search_part_curves(env, &s);

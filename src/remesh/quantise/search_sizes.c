@@ -9,8 +9,6 @@
 /* The best sizes are improved by circuits: BEST_SIZES of them, or more where edges times sizes stay below
    EDGES_IMPROVED (docs/dev/decisions/closed-offsets.md). */
 enum { BEST_SIZES = 3, EDGES_IMPROVED = 6000 };
-/* How often the middle of the sizes tried is moved to where the last ones suggest that the count is right. */
-enum { SIZE_ROUNDS = 3 };
 
 /* A combination: one trial of each component, all at the same size. */
 typedef struct combination {
@@ -94,28 +92,5 @@ void qw_search_sizes(qw_env *env, qw_search *s)
     qw_kept(env, QW_MECH_CIRCUITS, some[0].trial[0].known);
     s->sum = some[0].sum, s->score = some[0].score;
     for (uint32_t p = 0; p < n; p++) qw_search_copy(s, &s->kept[p], &some[0].trial[p]);
-    qw_scope_end(env);
-}
-
-void qw_search_other_sizes(qw_env *env, qw_search *s)
-{
-    qw_scope_begin(env);
-    uint32_t n = s->components->count;
-    bool forced = false;
-    for (uint32_t p = 0; p < n; p++) forced |= qw_trial_is_forced(s, &s->kept[p]);
-    qw_trial *had = qw_search_room(env, s, 1);
-    if (!qw_uses(env, QW_MECH_OTHER_SIZES)) forced = false;
-    for (int round = 0; round < SIZE_ROUNDS && forced && qw_search_miss(s, &s->sum) > 0; round++) {
-        qw_search_total sum = s->sum;
-        double score = s->score, size = s->request.size;
-        for (uint32_t p = 0; p < n; p++) qw_search_copy(s, &had[p], &s->kept[p]);
-        s->request.size = fmin(s->kept[0].scale, size) * sqrt(s->request.quads / fmax(s->sum.area, 1));
-        qw_search_sizes(env, s);
-        qw_acted(env, QW_MECH_OTHER_SIZES, 1), qw_kept(env, QW_MECH_OTHER_SIZES, s->score < score);
-        if (s->score < score) continue;
-        for (uint32_t p = 0; p < n; p++) qw_search_copy(s, &s->kept[p], &had[p]);
-        s->sum = sum, s->score = score, s->request.size = size;
-        break;
-    }
     qw_scope_end(env);
 }

@@ -5,7 +5,3 @@
 
 /* Tries sizes around the wanted one, and keeps the best trials. */
 void qw_search_sizes(qw_env *env, qw_search *s);
-
-/* Where signs make edges longer than their size asks for and the count is missed by that, tries sizes around another
-   one. */
-void qw_search_other_sizes(qw_env *env, qw_search *s);
