@@ -45,7 +45,7 @@ static bool same_mesh(const qw_context *a, const qw_context *b)
 static void assert_account(const qw_report *r)
 {
     int64_t sum = r->count_integers + r->count_repaired + r->count_rebuilt + r->count_simplified + r->count_cut +
-                  r->count_chords_removed + r->count_quads_removed + r->count_added + r->count_grown + r->count_rounds +
+                  r->count_chords_removed + r->count_quads_removed + r->count_added + r->count_grown +
                   r->count_finished + r->count_assembled;
     assert_int_equal(sum, r->topology.faces);
     assert_true(r->count_integers > 0 && r->count_chords_removed <= 0 && r->count_quads_removed <= 0);

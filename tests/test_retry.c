@@ -185,9 +185,6 @@ static void the_best_round_is_taken(void **state)
          {RELAX(.uncovered = 1, .flipped = 2, .places = 1), QW_RETRY_COVERAGE, 0},
          {RELAX(.uncovered = 9, .places = 1), QW_NO_RETRY, 0});
     PLAY(USUAL, {RELAX(.flipped = 2, .places = 1), QW_RETRY_COVERAGE, 0}, {RELAX(.flipped = 5), QW_NO_RETRY, 0});
-    /* what was composed of all of them is none of them */
-    PLAY(USUAL, {RELAX(.is_composed = 1, .uncovered = 3, .places = 1), QW_RETRY_COVERAGE, 0},
-         {RELAX(.is_composed = 1, .uncovered = 3), QW_NO_RETRY, 1});
 }
 
 static void rounds_are_bounded(void **state)

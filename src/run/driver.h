@@ -6,7 +6,6 @@
  */
 #pragma once
 
-#include "remesh/quads/rounds.h"
 #include "run/retry.h"
 #include "whole/state.h"
 
@@ -39,7 +38,6 @@ typedef struct qw_context_state {
     qw_history history;
     qw_refinement refinement[QW_MAX_REFINEMENTS]; /* those of all rounds, in order */
     qw_attempt_result candidate[QW_ASIDE_SLOTS];  /* the memory of each is in the slot of its number */
-    qw_rounds rounds; /* what the rounds gave of each component; its arrays are in the scope of SURFACE */
 } qw_context_state;
 
 /* What remesh.c is made of: runs the next stage with its report, and for one that retries are judged after decides

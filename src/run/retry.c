@@ -296,7 +296,7 @@ static qw_step after_relax(const qw_history *h)
     bool accepted = v->places == 0 || (v->protrusions > 0 && faults(h, h->current) < QW_ACCEPTED_TIP) ||
                     (is_large(h) && used > 0 && faults(h, h->current) < QW_ACCEPTED_LARGE) ||
                     (has_many_parts(h) && v->uncovered < QW_ACCEPTED_LARGE) || round_is_hopeless(h);
-    if (accepted || used >= coverage_retries(h) || !may_go_back(h)) return go_on(v->is_composed ? h->current : best);
+    if (accepted || used >= coverage_retries(h) || !may_go_back(h)) return go_on(best);
     return refine(h, QW_RETRY_COVERAGE, best);
 }
 

@@ -40,8 +40,6 @@ typedef struct qw_verdict {
     /* after SIMPLIFY */
     double faces; /* quads */
     /* after RELAX */
-    /* flag: the verdict is of the result composed of all attempts so far, component by component */
-    uint32_t is_composed;
     double uncovered;     /* area that the quads leave uncovered, in quads */
     double flipped;       /* quads: 1 that may be flipped, 2 one that certainly is */
     double lacking;       /* quads that protrusions needed and had no room for, until it was made; 0: none */

@@ -20,10 +20,6 @@ void qw_remove_inversions_greedy(qw_env *env, qw_offset_mesh *m, qw_inversion_co
 typedef enum qw_sat_effort { QW_SAT_NEAR, QW_SAT_FAR } qw_sat_effort;
 void qw_remove_inversions_sat(qw_env *env, qw_offset_mesh *m, qw_sat_effort effort, qw_inversion_counts *counts);
 
-/* Frees the sharp edges (never boundaries) within some rings of the triangles that are still inverted, so that
-   another try of both functions may succeed there. Returns how many edges were freed. */
-int64_t qw_release_curves(qw_env *env, qw_offset_mesh *m, uint32_t rings);
-
 /* Shared by both: frames of the triangles around a vertex and the effect of moving it. */
 typedef struct qw_star {
     uint32_t count; /* triangles around the vertex */

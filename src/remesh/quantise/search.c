@@ -55,7 +55,7 @@ static void gather(qw_env *env, const qw_search *s, qw_search_result *result, qw
     result->inverted = (uint32_t)s->sum.inverted, result->collapsed = (uint32_t)s->sum.collapsed;
 }
 
-/* Integers without regard to lines: what sizes, the nearest ones and, where the request says so, parting of
+/* Integers without regard to lines: what sizes, the nearest ones, noise and, where the request says so, parting of
  * curves find. */
 static qw_search find_without_lines(qw_env *env, qw_components *components, const qw_search_request *request,
                                     uint32_t *tries)
@@ -63,6 +63,7 @@ static qw_search find_without_lines(qw_env *env, qw_components *components, cons
     qw_search s = qw_search_begin(env, components, request);
     qw_search_sizes(env, &s);
     qw_search_nearest(env, &s);
+    qw_search_noise(env, &s);
     *tries += (uint32_t)s.tries;
     qw_search_part_curves(env, &s);
     return s;

@@ -17,6 +17,9 @@ static const double PARTING_WORK = 4e5;
 static const double PARTING_STEP = 0.01;
 enum { PARTING_SIZES = 16, PARTING_EDGES = 12000 };
 
+/* Real offsets close where a triangle's sum is at most this share of the lengths of its sides. */
+static const double GAP = 1e-3;
+
 /* Chooses the integers of trial t at another size and improves them by circuits. Returns whether they are closed. */
 static bool make_at(qw_env *env, const qw_search *s, qw_trial *t, uint32_t p, double scale)
 {
@@ -109,6 +112,33 @@ void qw_search_make_even(qw_env *env, qw_search *s)
         if (!s->kept[p].open) make_even(env, s, p, &work);
 }
 
+/* Whether real offsets close but for a share of their lengths, as those that the complex came with do. */
+static bool closes(const qw_complex *c, const qw_real2 *real)
+{
+    for (uint32_t h = 0; h < 3 * c->face_count; h += 3) {
+        double x = 0, y = 0, length = 0;
+        for (uint32_t i = h; i < h + 3; i++) {
+            qw_real2 d = qw_turn_real(c->rot[i], real[c->edge[i]]);
+            x += (double)d.x, y += (double)d.y, length += fabs((double)d.x) + fabs((double)d.y);
+        }
+        if (fabs(x) + fabs(y) > GAP * length) return false;
+    }
+    return true;
+}
+
+/* The real offsets that lines are looked for on: those that the trial aimed at or, where it stretched some so that they
+   close no more, and what is where depends on the way there, all longer or shorter by one factor. */
+static qw_real2 *closed_aim(qw_env *env, const qw_complex *real, const qw_trial *t)
+{
+    qw_real2 *aimed = QW_NEW(env, qw_real2, real->edge_count);
+    qw_trial_aim(real, t, aimed);
+    if (closes(real, aimed)) return aimed;
+    qw_trial plain = *t;
+    plain.stretch = 1;
+    qw_trial_aim(real, &plain, aimed);
+    return aimed;
+}
+
 /* Makes lines of component p meet, within the bounds of the count. */
 static qw_meeting_counts meet(qw_env *env, qw_search *s, uint32_t p, double share, double strips_share)
 {
@@ -123,9 +153,7 @@ static qw_meeting_counts meet(qw_env *env, qw_search *s, uint32_t p, double shar
     /* of a side of a plane not all: rows beside the plane, and parts without a twin, move the count of both as well */
     double margin = QW_COUNT_MARGIN / s->request.times,
            promised = fmax(quads * margin * qw_count_tolerance(quads, s->request.times), bound);
-    qw_real2 *aimed = QW_NEW(env, qw_real2, real->edge_count);
-    qw_trial_aim(real, &t, aimed);
-    qw_meeting_request request = {.real = aimed,
+    qw_meeting_request request = {.real = closed_aim(env, real, &t),
                                   .loops = s->request.loops,
                                   .least_area = fmin(quads - bound, s->sum.area) - rest,
                                   .most_area = fmax(quads + bound, s->sum.area) - rest,

@@ -11,6 +11,8 @@
 /* Sizes are tried up to this share above and below the wanted one, in MOST_TRIES steps or fewer (QW_SEARCH_EDGES). */
 static const double SIZE_RANGE = 0.03;
 enum { MOST_TRIES = 17 };
+/* Noise is increased by so much, in quads, each time that all sizes have been tried. */
+static const float NOISE = 0.4f;
 /* Weights of the score: of an open component, of the share by which the count is off, and of what is beyond the
    promise. An inverted triangle, which later stages must repair, counts 1, as much as a percent of the count; so do a
    contracted part and the square root of the number of touching curves. */
@@ -31,7 +33,7 @@ qw_search qw_search_begin(qw_env *env, const qw_components *components, const qw
         s.network[p] = qw_network_build(env, &k->complex);
         s.potential[p] = QW_NEW_ZERO(env, int64_t, QW_POTENTIALS(k->complex.face_count));
         s.kept[p].d = QW_NEW_ZERO(env, qw_int2, k->complex.edge_count);
-        s.kept[p].scale = request->size;
+        s.kept[p].scale = request->size, s.kept[p].beyond = INFINITY, s.kept[p].stretch = 1;
     }
     s.room = QW_NEW(env, qw_real2, s.most_edges);
     s.tries = request->effort * QW_MOST_DECIMATED < 1
@@ -54,10 +56,13 @@ qw_trial *qw_search_room(qw_env *env, const qw_search *s, int combinations)
 
 void qw_search_prepare(const qw_search *s, qw_trial *t, uint32_t component, int i)
 {
-    assert(component < s->components->count && i >= 0 && i < s->tries);
-    double side = i & 1 ? -1 : 1;
+    assert(component < s->components->count && i >= 0);
+    int k = i % s->tries;
+    double side = k & 1 ? -1 : 1;
     t->component = component;
-    t->scale = s->request.size * (1 + side * SIZE_RANGE * ((i + 1) / 2) / fmax(s->tries / 2, 1));
+    t->scale = s->request.size * (1 + side * SIZE_RANGE * ((k + 1) / 2) / fmax(s->tries / 2, 1));
+    t->beyond = INFINITY, t->stretch = 1;
+    t->noise = NOISE * (float)(i / s->tries), t->seed = (uint64_t)i << 32;
     t->network = &s->network[component], t->potential = s->potential[component];
     t->first = i == 0;
     t->known = t->done = false;

@@ -39,7 +39,8 @@ qw_search qw_search_begin(qw_env *env, const qw_components *components, const qw
 /* qw_trial[combinations][components], each trial with room for its integers. In the current scope. */
 qw_trial *qw_search_room(qw_env *env, const qw_search *s, int combinations);
 
-/* Makes t the i-th trial of a component: the sizes around the wanted one, from the middle outward. */
+/* Makes t the i-th trial of a component: the sizes around the wanted one, from the middle outward; then the
+   same sizes with noise, with more each time. */
 void qw_search_prepare(const qw_search *s, qw_trial *t, uint32_t component, int i);
 
 /* Fills what a trial is judged by: area, cost, inverted, collapsed, open. */

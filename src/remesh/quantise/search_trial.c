@@ -22,10 +22,25 @@ enum { ARENA_LEAST = 1 << 16, ARENA_AN_EDGE = 800, ARENA_FEW = 1 << 23, ARENA_MO
 /* A trial of more edges takes milliseconds: the lanes then stop after a trial each, so that the host can cancel. */
 enum { LONG_TRIAL = 1000 };
 
+/* A number from -1 to 1 that depends on nothing but i (a step of a linear congruence, mixed). */
+static float scattered(uint64_t i)
+{
+    i = (i + 1) * 0x9e3779b97f4a7c15u;
+    i ^= i >> 29;
+    i *= 0xbf58476d1ce4e5b9u;
+    return (float)(i >> 40) / (float)(1 << 23) - 1.0f;
+}
+
+static float aimed_at(float real, const qw_trial *t)
+{
+    double x = (double)real * t->scale;
+    return (float)(fabs(x) > t->beyond ? x * t->stretch : x);
+}
+
 void qw_trial_aim(const qw_complex *real, const qw_trial *t, qw_real2 *to)
 {
     for (uint32_t e = 0; e < real->edge_count; e++)
-        to[e] = (qw_real2){(float)((double)real->real[e].x * t->scale), (float)((double)real->real[e].y * t->scale)};
+        to[e] = (qw_real2){aimed_at(real->real[e].x, t), aimed_at(real->real[e].y, t)};
 }
 
 /* Moves the rounded offset of edge e to where its bounds allow it (qw_complex.at_least). */
@@ -36,7 +51,7 @@ static void keep_sign(qw_complex *c, uint32_t e)
     c->d[e].y += c->at_least[2 * e + 1] * qw_complex_short(c, 2 * e + 1, c->d[e].y);
 }
 
-/* Rounds the real offsets, and closes them by flows of single steps. potential: as of
+/* Rounds the real offsets, with noise if the trial has any, and closes them by flows of single steps. potential: as of
    qw_solve_bidirected. */
 static void choose_integers(qw_env *env, const qw_complex *real, qw_trial *t, qw_complex *c, int64_t *potential)
 {
@@ -44,6 +59,8 @@ static void choose_integers(qw_env *env, const qw_complex *real, qw_trial *t, qw
     qw_trial_aim(real, t, c->real);
     for (uint32_t e = 0; e < c->edge_count; e++) {
         c->fixed[e] = real->fixed[e];
+        if (!(c->fixed[e] & QW_FIXED_X)) c->real[e].x += t->noise * scattered(t->seed + 2 * (uint64_t)e);
+        if (!(c->fixed[e] & QW_FIXED_Y)) c->real[e].y += t->noise * scattered(t->seed + 2 * (uint64_t)e + 1);
         c->d[e] = (qw_int2){(int32_t)qw_round_even(c->real[e].x), (int32_t)qw_round_even(c->real[e].y)};
         keep_sign(c, e);
     }
@@ -54,6 +71,7 @@ static void choose_integers(qw_env *env, const qw_complex *real, qw_trial *t, qw
                          &t->counts);
     }
     qw_did(env, QW_MECH_CURVES_BENT, t->counts.released);
+    if (t->noise > 0) qw_trial_aim(real, t, c->real);
 }
 
 /* The trials of one lane. */

@@ -9,7 +9,12 @@
 
 typedef struct qw_trial {
     uint32_t component;
-    double scale;              /* factor of the real offsets */
+    double scale;  /* factor of the real offsets */
+    double beyond; /* quads: a real offset that is longer, once scaled, is multiplied by `stretch` as well. The
+                      offsets that are aimed at need not be closed then. INFINITY: none is. */
+    double stretch;
+    float noise;               /* quads: up to so much is added to each real offset before it is rounded */
+    uint64_t seed;             /* of the noise */
     qw_int2 *d;                /* qw_int2[edges of the component], the caller's: the integers that were chosen */
     const qw_network *network; /* of the component */
     int64_t *potential;        /* int64_t[QW_POTENTIALS(faces of the component)]: the dual solution of the trial whose
