@@ -129,6 +129,11 @@ static void read_hostile(void *user)
     assert_null(qw_read_picture(env, (qw_bytes){jpeg, sizeof jpeg - 1}, &why).pixels);
     assert_non_null(strstr(why, "larger"));
     assert_true(qw_env_peak(env) == before);
+    /* a table of 16 x 20 symbols, behind fill bytes as well */
+    static char table[400] = "\xff\xff\xd8\xff\xc0\x00\x0b\x08\x00\x02\x00\x02\x01\x01\x11\x00\xff\xff\xc4\x01\x53\x11"
+                             "\x14\x14\x14\x14\x14\x14\x14\x14\x14\x14\x14\x14\x14\x14\x14\x14";
+    for (int i = 0; i < 2; i++)
+        assert_null(qw_read_picture(env, (qw_bytes){table + i, sizeof table - (size_t)i}, &why).pixels);
 }
 static void hostile_pictures_are_refused(void **state)
 {
@@ -241,6 +246,7 @@ static void read_others(void *user)
         assert_true(p.width == 2 && p.height == 1);
         for (uint32_t x = 0; x < 2; x++)
             for (uint32_t c = 0; c < 3; c++) assert_int_equal(pixel(&p, x, c), 3 * x + 3 - c);
+        assert_null(qw_read_picture(env, i ? (qw_bytes){bmp, 57} : (qw_bytes){tga, 21}, &why).pixels); /* cut off */
     }
     assert_null(qw_read_picture(env, (qw_bytes){"\xabKTX 20\xbb\r\n\x1a\n........", 20}, &why).pixels);
     assert_non_null(strstr(why, "KTX2"));

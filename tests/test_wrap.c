@@ -881,6 +881,30 @@ static void repeated_body(void *user)
     assert_memory_equal(corner, again, 3 * (size_t)faces * sizeof *corner);
 }
 
+/* The two sides of a plate that is thinner than its points are apart become one sheet; those of a thicker one and the
+   points of a ball stay. */
+static void flattened_body(void *user)
+{
+    enum { SIDE = 20, COUNT = 2 * SIDE * SIDE };
+    trial *t = user;
+    double *points = QW_NEW(t->env, double, 3 * COUNT), most[2] = {0};
+    for (int thick = 0; thick < 2; thick++) {
+        for (int i = 0; i < COUNT; i++) {
+            double *p = points + 3 * i, shift = i % 2 ? 0.4 : 0;
+            p[0] = i / 2 % SIDE + shift, p[1] = i / 2 / SIDE + shift, p[2] = (i % 2 - 0.5) * (thick ? 6 : 0.5);
+        }
+        double *flat = qw_flatten_points(t->env, points, COUNT);
+        for (int i = 0; i < COUNT; i++) most[thick] = fmax(most[thick], fabs(flat[3 * i + 2]));
+    }
+    assert_true(most[0] < 0.15 && most[1] == 3);
+    for (int i = 0; i < COUNT; i++) {
+        double z = (2 * i + 1.0) / COUNT - 1, around = 2.399963 * i, r = sqrt(1 - z * z);
+        points[3 * i] = r * cos(around), points[3 * i + 1] = r * sin(around), points[3 * i + 2] = z;
+    }
+    double *same = qw_flatten_points(t->env, points, COUNT);
+    assert_memory_equal(same, points, 3 * COUNT * sizeof *same);
+}
+
 /* Lists in all ways of writing them: coordinates, colours (as shares) and normals are those of the first. */
 static void test_lists(void **unused)
 {
@@ -969,6 +993,7 @@ static void test_odd_points(void **unused)
     (void)unused;
     trial t = {.env = qw_env_create(NULL, 1), .s = soup_random(5, 40)};
     assert_int_equal(qw_protect(t.env, repeated_body, &t), QW_OK);
+    assert_int_equal(qw_protect(t.env, flattened_body, &t), QW_OK);
     soup_free(&t.s);
     qw_env_destroy(t.env);
     static const struct {

@@ -103,12 +103,13 @@ static void points_body(void *user)
         qw_fail(job->env, QW_ARGUMENT, -1, "there is nothing to load: the path or the bytes are NULL");
     qw_soup soup = job->path ? qw_read_points(job->env, job->path)
                              : qw_read_points_memory(job->env, job->bytes, job->size, "memory");
-    uint32_t *corner, faces = qw_triangles_of_points(job->env, soup.position, soup.vertex_count, &corner);
+    double *flat = qw_flatten_points(job->env, soup.position, soup.vertex_count);
+    uint32_t *corner, faces = qw_triangles_of_points(job->env, flat, soup.vertex_count, &corner);
     job->mesh->view = (qw_mesh_view){.size = sizeof job->mesh->view,
                                      .vertex_count = soup.vertex_count,
                                      .face_count = faces,
                                      .uniform_face_size = 3,
-                                     .positions = soup.position,
+                                     .positions = flat,
                                      .corners = corner};
     job->mesh->attribute = soup.attribute, job->mesh->attribute_count = soup.attribute_count;
     job->mesh->is_whole = true;
@@ -123,8 +124,9 @@ static void own_points_body(void *user)
     qw_require_view(job->env, v, "points");
     qw_require_moderate(job->env, v, "points");
     qw_require_attributes(job->env, job->attributes, job->attribute_count, v->vertex_count, 0, 0);
-    uint32_t *corner, faces = qw_triangles_of_points(job->env, v->positions, v->vertex_count, &corner);
-    job->mesh->view = *v;
+    double *flat = qw_flatten_points(job->env, v->positions, v->vertex_count);
+    uint32_t *corner, faces = qw_triangles_of_points(job->env, flat, v->vertex_count, &corner);
+    job->mesh->view = *v, job->mesh->view.positions = flat;
     job->mesh->view.face_count = faces, job->mesh->view.uniform_face_size = 3, job->mesh->view.corners = corner;
     job->mesh->attribute = job->attributes, job->mesh->attribute_count = job->attribute_count;
     job->mesh->is_whole = true;

@@ -90,7 +90,7 @@ static bool other_size(qw_bytes b, uint32_t *width, uint32_t *height)
 {
 #ifdef QW_HAVE_STB_IMAGE
     int w, h, channels;
-    if (stranger(b) || b.size > INT32_MAX || b.size < 18) return false;
+    if (stranger(b) || b.size > INT32_MAX || b.size < 18 || (uint8_t)b.at[0] == 0xff) return false; /* no JPEG */
     if (!stbi_info_from_memory((const stbi_uc *)b.at, (int)b.size, &w, &h, &channels) || w < 0 || h < 0) return false;
     *width = (uint32_t)w, *height = (uint32_t)h;
     return true;
@@ -162,7 +162,63 @@ static bool inflates_to_its_size(qw_env *env, qw_bytes b, char *room, uint64_t s
     return written >= 0 && (uint64_t)written == size;
 }
 
-/* Sets bits and pixels; false: it is broken. */
+/* Whether each of the tables in a segment of a JPEG names at most 256 symbols: stb_image before 2.28 writes beyond its
+   own tables otherwise. segment: its size and what follows, up to the end of the file. */
+static bool has_short_tables(const char *segment, size_t left)
+{
+    size_t size = big_endian(segment, 2), at = 2;
+    for (; at + 17 <= size && at + 17 <= left; at += 17) {
+        uint32_t symbols = 0;
+        for (int i = 1; i <= 16; i++) symbols += (uint8_t)segment[at + (size_t)i];
+        if (symbols > 256) return false;
+        at += symbols;
+    }
+    return at == size;
+}
+
+/* Whether that holds of all tables. Before the first scan segments are passed over by their size, behind it marks are
+   looked for at every byte: there are none in pixels. */
+static bool has_only_short_tables(qw_bytes b)
+{
+    bool in_scans = false;
+    for (size_t at = 2; at + 4 <= b.size;) {
+        uint32_t mark = (uint8_t)b.at[at] == 0xff ? (uint8_t)b.at[at + 1] : 0;
+        if (mark == 0xc4 && !has_short_tables(b.at + at + 2, b.size - at - 2)) return false;
+        in_scans |= mark == 0xda;
+        at += in_scans || mark == 0 || mark == 0xff ? 1 : 2 + big_endian(b.at + at + 2, 2);
+    }
+    return true;
+}
+
+/* The bytes, as stb_image asks for them. It goes on with zeros behind the end of a file that is cut off; its own buffer
+   holds TAPE_BUFFER bytes, of which the last may be fewer. */
+typedef struct tape {
+    qw_bytes bytes;
+    size_t next;
+    bool is_cut; /* what is not there was asked for */
+} tape;
+enum { TAPE_BUFFER = 128 };
+
+static int tape_read(void *user, char *to, int size)
+{
+    tape *t = user;
+    size_t left = t->bytes.size - t->next, n = left < (size_t)size ? left : (size_t)size;
+    memcpy(to, t->bytes.at + t->next, n);
+    t->next += n, t->is_cut |= n == 0 || (n < (size_t)size && size != TAPE_BUFFER);
+    return (int)n;
+}
+
+static void tape_skip(void *user, int by)
+{
+    tape *t = user;
+    int64_t to = (int64_t)t->next + by;
+    t->is_cut |= to > (int64_t)t->bytes.size;
+    t->next = to < 0 ? 0 : t->is_cut ? t->bytes.size : (size_t)to;
+}
+
+static int tape_ends(void *user) { return ((tape *)user)->next == ((tape *)user)->bytes.size; }
+
+/* Sets bits and pixels; false: it is broken or cut off. */
 static bool read_by_stb(qw_env *env, qw_bytes bytes, qw_picture *p)
 {
     enum { JPEG_BYTES = 10, LEAST_BYTES = 4 }; /* that stb_image asks for beside its pixels, for each of them */
@@ -176,13 +232,14 @@ static bool read_by_stb(qw_env *env, qw_bytes bytes, qw_picture *p)
     size_t size = (size_t)p->width * p->height * 4 * p->bits / 8;
     void *pixels = qw_alloc(env, size, 1);
     char *room = qw_alloc(env, size + more, 1);
-    bool is_broken = bytes.size > INT32_MAX || (is_png(bytes) && !inflates_to_its_size(env, bytes, room, more));
+    bool is_broken = bytes.size > INT32_MAX || (is_png(bytes) && !inflates_to_its_size(env, bytes, room, more)) ||
+                     (is_jpeg(bytes) && !has_only_short_tables(bytes));
+    const stbi_io_callbacks io = {tape_read, tape_skip, tape_ends};
+    tape t = {.bytes = bytes};
     void *decoded = is_broken ? NULL
-                    : wide    ? (void *)stbi_load_16_from_memory((const stbi_uc *)bytes.at, (int)bytes.size, &width,
-                                                                 &height, &channels, 4)
-                           : (void *)stbi_load_from_memory((const stbi_uc *)bytes.at, (int)bytes.size, &width, &height,
-                                                           &channels, 4);
-    if (decoded && ((uint32_t)width != p->width || (uint32_t)height != p->height))
+                    : wide    ? (void *)stbi_load_16_from_callbacks(&io, &t, &width, &height, &channels, 4)
+                              : (void *)stbi_load_from_callbacks(&io, &t, &width, &height, &channels, 4);
+    if (decoded && (t.is_cut || (uint32_t)width != p->width || (uint32_t)height != p->height))
         stbi_image_free(decoded), decoded = NULL;
     qw_free(env, room);
     if (decoded) {
@@ -229,7 +286,7 @@ qw_picture qw_read_picture(qw_env *env, qw_bytes bytes, const char **why)
     if (!qw_picture_size(bytes, &p.width, &p.height)) return p;
     *why = "it is larger than 16384 x 16384 pixels, or has none";
     if (p.width > QW_MOST_PIXELS_ALONG || p.height > QW_MOST_PIXELS_ALONG || !p.width || !p.height) return p;
-    *why = "it is broken";
+    *why = "it is broken or cut off";
     if (is_webp(bytes)) {
 #ifdef QW_HAVE_WEBP
         (void)read_by_webp(env, bytes, &p);
