@@ -316,7 +316,8 @@ static qw_verdict random_verdict(uint64_t *seed)
                         .misshapen = random_below(seed, 100),
                         .places = random_below(seed, 200),
                         .sides_apart = random_below(seed, 2),
-                        .count_off = random_below(seed, 2)};
+                        .count_off = random_below(seed, 2),
+                        .rims_flipped = random_below(seed, 4) == 0};
 }
 
 /* More quads for the core each time, no fewer than there were; then another plane where that is allowed. */
@@ -381,9 +382,10 @@ static void the_rows_are_all_the_causes(void **state)
             seen[step.cause]++;
             if (qw_begins_anew(r)) { /* bounded by the plan: no candidate is kept */
                 assert_int_equal(step.best, QW_NO_ATTEMPT);
-                at_plane = step.cause == QW_RETRY_PLANE ? 0 : at_plane + 1;
+                at_plane = step.cause == QW_RETRY_NO_ROOM ? at_plane + 1 : 0;
                 assert_true(at_plane <= r->most && step.plan.plane <= qw_retry_rows[QW_RETRY_PLANE].most);
                 assert_true(step.plan.plane == 0 || h.request.planes);
+                assert_true(step.plan.keeps_teeth == 1 || !h.attempt[0].plan.keeps_teeth);
                 memset(since, 0, sizeof since);
                 qw_history_go_back(&h, &step);
                 assert_true(h.count == 1 && h.earlier > 0 && h.attempt[0].plan.plane == step.plan.plane);

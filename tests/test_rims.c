@@ -443,6 +443,33 @@ static void a_region_is_joined_to_the_rest(void **state)
     free(inside), shape_free(&s);
 }
 
+/* Beside teeth of a rim quads were flipped. Where they are, the teeth stay triangles, and a note says how many. */
+static void teeth_stay_where_quads_would_be_flipped(void **state)
+{
+    (void)state;
+    qw_mesh *file;
+    assert_int_equal(qw_load(QW_TEST_DATA "/regress/ragged_region.ply", NULL, &file), QW_OK);
+    qw_mesh_view view = qw_mesh_get(file), whole;
+    uint8_t *inside = calloc(view.face_count, 1);
+    assert_int_equal(qw_mesh_region(file, "part=1", inside), QW_OK);
+    qw_context *context = context_with(&view);
+    qw_options options = options_for(40);
+    options.fix_boundary = 0;
+    assert_int_equal(qw_set_region(context, inside, view.face_count), QW_OK);
+    run(context, &options);
+    qw_get_mesh(context, &whole);
+    qw_topology t;
+    qw_quality quality;
+    assert_int_equal(qw_measure(&whole, &view, NULL, &t, &quality), QW_OK);
+    assert_int_equal(quality.flipped_faces, 0);
+    const qw_report *r = qw_get_report(context);
+    bool is_said = false;
+    for (int64_t i = 0; i < r->warning_count; i++) is_said |= strstr(r->warnings[i], "two edges on the rim") != NULL;
+    assert_true(is_said && t.euler == 1 && t.triangles == r->kept_faces);
+    qw_destroy(context), qw_mesh_destroy(file);
+    free(inside);
+}
+
 static void describe_attributes(const shape *s, const float *height, const float *uv, const int32_t *label,
                                 qw_attribute in[3])
 {
@@ -706,6 +733,7 @@ QW_TEST_SUITE(rims)
         cmocka_unit_test(without_a_rim_nothing_changes),
         cmocka_unit_test(a_region_is_sewn_back),
         cmocka_unit_test(a_region_is_joined_to_the_rest),
+        cmocka_unit_test(teeth_stay_where_quads_would_be_flipped),
         cmocka_unit_test(a_region_keeps_attributes),
         cmocka_unit_test(a_dump_holds_a_region),
         cmocka_unit_test(slots_keep_their_corners),

@@ -52,7 +52,10 @@ int qw_history_asked_by(const qw_history *h)
 qw_stage qw_history_went_to(const qw_history *h)
 {
     const qw_plan *p = &h->attempt[0].plan;
-    qw_stage first = p->plane > 0 ? QW_STAGE_CORE : p->room > 0 ? QW_STAGE_WORKING : QW_STAGE_COUNT;
+    qw_stage first = p->keeps_teeth ? QW_STAGE_CLEAN
+                     : p->plane > 0 ? QW_STAGE_CORE
+                     : p->room > 0  ? QW_STAGE_WORKING
+                                    : QW_STAGE_COUNT;
     for (uint32_t i = 1; i < h->count; i++) {
         qw_stage stage = qw_retry_rows[h->attempt[i].cause].back;
         if (stage < first) first = stage;
@@ -305,21 +308,25 @@ static qw_step after_relax(const qw_history *h)
 /* If there is no room for both sides, this share more quads is asked for; each further attempt doubles the share. */
 static const double MORE_ROOM = 0.02;
 
-/* After ASSEMBLE: more room for one side of a plane, then the next plane or none, else on. */
+/* After ASSEMBLE: a region without teeth; more room for one side of a plane, then the next plane or none; else on. */
 static qw_step after_assemble(const qw_history *h)
 {
     assert(h->count > 0);
     const qw_plan *p = &h->attempt[0].plan;
     const qw_verdict *v = &current(h)->verdict;
     qw_step step = {QW_RETRY_NO_ROOM, QW_NO_ATTEMPT, FIRST_PLAN};
-    step.plan.plane = p->plane;
+    step.plan.plane = p->plane, step.plan.keeps_teeth = p->keeps_teeth;
+    if (v->rims_flipped > 0 && !p->keeps_teeth && h->request.repairs) {
+        step.cause = QW_RETRY_TEETH, step.plan.keeps_teeth = 1;
+        return step;
+    }
     bool is_free = h->request.symmetry_is_free != 0;
     /* a plane that was asked for may lose what the whole would lose as well */
     uint32_t unlike = v->sides_unlike == QW_PARTS_LOST && !is_free ? QW_SIDES_ALIKE : v->sides_unlike;
     if (!v->sides_apart && unlike == QW_SIDES_ALIKE && !v->count_off) return go_on(h->current);
     if (v->sides_apart && unlike == QW_SIDES_ALIKE && !is_free && p->room < qw_retry_rows[QW_RETRY_NO_ROOM].most) {
         double asked = fmax(h->request.faces_wanted, v->faces); /* there may be more already than were asked for */
-        step.plan.room = p->room + 1;
+        step.plan.room = (uint16_t)(p->room + 1);
         step.plan.core_faces = asked + ceil(MORE_ROOM * asked) * (1u << p->room);
         return step;
     }
@@ -369,8 +376,9 @@ static const char *attempt_fault(const qw_history *h, uint32_t i, double largest
     if (i == 0 && a->cause != QW_NO_RETRY) return "the first attempt was begun for a cause";
     if (!(p->size_factor >= 1 / largest_factor && p->size_factor <= largest_factor) || p->strategy >= QW_STRATEGIES ||
         p->effort >= QW_EFFORTS || p->refinements > QW_MAX_REFINEMENTS ||
-        p->plane > qw_retry_rows[QW_RETRY_PLANE].most || p->room > qw_retry_rows[QW_RETRY_NO_ROOM].most ||
-        !is_number(p->core_faces) || !is_number(p->reserve) || (i > 0 && p->refinements < a[-1].plan.refinements))
+        p->plane > qw_retry_rows[QW_RETRY_PLANE].most || p->keeps_teeth > 1 ||
+        p->room > qw_retry_rows[QW_RETRY_NO_ROOM].most || !is_number(p->core_faces) || !is_number(p->reserve) ||
+        (i > 0 && p->refinements < a[-1].plan.refinements))
         return "an attempt has a plan that none can have";
     if (a->judged > QW_STAGE_COUNT || !is_number(v->faces) || !is_number(v->uncovered) || !is_number(v->flipped) ||
         !is_number(v->lacking) || !is_number(v->misshapen) || v->inverted < 0)

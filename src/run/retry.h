@@ -50,6 +50,7 @@ typedef struct qw_verdict {
     uint32_t sides_apart;  /* flag: one side sewn to its reflection is not the surface that it is to be */
     uint32_t sides_unlike; /* qw_unlike */
     uint32_t count_off;    /* flag: both sides together have not the count that is promised */
+    uint32_t rims_flipped; /* quads beside the rim of a region that are flipped or have no area */
     uint32_t lacks_room;   /* after INVERSIONS: 1: cones cut the surface into more triangles than quads are wanted, or
                               lines run together over much of it; 2: into many times as many */
     /* after REPAIR or RELAX */

@@ -36,6 +36,8 @@ static const float RIM_GRADATION = 0.4f;
 static const double MOST_ON_AN_EDGE = 2.4;
 /* The edges elsewhere may get so many times as long for it. */
 static const double MOST_COARSER = 1.6;
+/* Teeth of a region's rim are looked for so often, each time behind those that were left out. */
+enum { TOOTH_ROUNDS = 3 };
 /* Edges of the rim on either side over which its spacing is averaged. */
 enum { SPACING_REACH = 4 };
 /* Vertices that cleaning has welded may be so far from where they were, in diagonals. */
@@ -118,6 +120,23 @@ static uint32_t leave_out_odd(qw_run_state *run)
     return count;
 }
 
+/* Leaves out triangles that have two edges on the rim, unless nothing else is there. Returns how many. */
+static uint32_t leave_out_teeth(qw_run_state *run)
+{
+    const qw_trimesh *m = &run->whole.clean.mesh;
+    uint8_t *none = QW_NEW_ZERO(run->env, uint8_t, m->vertex_count);
+    uint32_t *tooth = QW_NEW(run->env, uint32_t, m->face_count), count = 0;
+    for (uint32_t f = 0; f < m->face_count; f++) {
+        uint32_t edges = 0;
+        for (uint32_t h = 3 * f; h < 3 * f + 3; h++) edges += m->twin[h] == QW_NONE;
+        if (edges == 2 && worth_of(run, none, f) > 0) tooth[count++] = f;
+    }
+    if (count == m->face_count) count = 0;
+    for (uint32_t i = 0; i < count; i++) run->whole.left_out[run->whole.clean.source_face[tooth[i]]] = 1;
+    qw_free(run->env, none), qw_free(run->env, tooth);
+    return count;
+}
+
 /* Whether the rim between the region and the rest is cut anew. */
 static bool is_recut(const qw_run_state *run)
 {
@@ -138,6 +157,20 @@ static void clean_once(qw_run_state *run)
                                              run->whole.clean.components);
 }
 
+/* Leaves out teeth of a region's rim, and those behind them. */
+static void take_teeth_off(qw_run_state *run)
+{
+    char text[160];
+    uint32_t all = 0, some = 1;
+    for (int round = 0; round < TOOTH_ROUNDS && some > 0; round++) {
+        all += some = leave_out_teeth(run);
+        if (some > 0) clean_once(run);
+    }
+    snprintf(text, sizeof text,
+             "%u triangles with two edges on the rim of the region stay as they are: quads there were flipped", all);
+    if (all > 0) qw_warn(run, text);
+}
+
 void qw_clean_inside(qw_run_state *run)
 {
     const uint8_t *region = run->whole.steering->region;
@@ -150,6 +183,7 @@ void qw_clean_inside(qw_run_state *run)
         qw_warn(run, "in a region no component is dropped, as the polygons around it would get a hole");
     clean_once(run);
     if (!qw_keeps_rims(run)) return;
+    if (run->plan.keeps_teeth) take_teeth_off(run);
     while (!is_recut(run) &&
            leave_out_odd(run) > 0) { /* which may leave several components of one; each time there are fewer faces */
         clean_once(run);
@@ -267,7 +301,7 @@ double qw_faces_inside_rims(const qw_run_state *run, double faces)
         qw_recut cut = recut_for(run, &old, fmax(low, 1));
         edges = cut.begin[rims.count];
     }
-    double least = QUADS_AN_EDGE * edges;
+    double least = (run->plan.keeps_teeth ? 1 : QUADS_AN_EDGE) * edges;
     qw_scope_end(run->env);
     return rims.count > 0 ? fmax(fmax(low, least), 1) : faces;
 }
@@ -438,7 +472,8 @@ qw_quadmesh qw_fix_rims(qw_run_state *run, const qw_quadmesh *quads, uint32_t **
     qw_collar collar = qw_add_collar(env, &numbered, &parted, &outer);
     qw_flip_repair repair = {.surface = &parted};
     uint8_t *flipped = QW_NEW(env, uint8_t, collar.quads.face_count);
-    qw_repair_flips(env, &collar.quads, &repair, flipped);
+    qw_flip_counts left = qw_repair_flips(env, &collar.quads, &repair, flipped);
+    if (run->whole.steering->region) run->rims_flipped = left.flipped_left + left.doubtful_left;
     qw_free(env, flipped);
     run->report->rim_vertices = 0;
     for (uint32_t v = 0; v < collar.quads.vertex_count; v++)

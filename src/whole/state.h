@@ -140,8 +140,9 @@ typedef struct qw_run_state {
     double lacking;             /* quads that these would have taken, where room had to be made for them; else 0 */
     /* FINISH */
     qw_quadmesh fitted;
-    uint32_t sides_meet; /* flag: without symmetry 1; else: the quads have the topology of the core, and sewn to their
-                            reflection that of the whole. ASSEMBLE may take it back */
+    uint32_t rims_flipped; /* quads beside the rim of a region that are flipped or have no area */
+    uint32_t sides_meet;   /* flag: without symmetry 1; else: the quads have the topology of the core, and sewn to their
+                              reflection that of the whole. ASSEMBLE may take it back */
     /* ASSEMBLE: in the frame of the whole */
     uint32_t sides_unlike; /* qw_unlike */
     qw_quadmesh finished;  /* the quads of the core, those of small components, the reflections of both */

@@ -50,7 +50,7 @@ static void join_core(qw_run_state *run, const qw_quadmesh *core, uint32_t *flat
 static uint32_t join_all(qw_run_state *run, const qw_quadmesh *core)
 {
     uint32_t flat = QW_NONE;
-    run->rim = NULL;
+    run->rim = NULL, run->rims_flipped = 0;
     run->report->rim_vertices = run->report->rim_faces = 0;
     join_core(run, core, &flat);
     bool has_rims = run->whole.steering->region || run->whole.census.boundary_loops > 0;
@@ -68,6 +68,7 @@ static void write_positions(qw_run_state *run)
 {
     uint32_t flat = join_all(run, &run->fitted);
     if (flat != QW_NONE && run->mirror.is_used) run->sides_meet = 0;
+    else if (flat != QW_NONE && run->whole.steering->region && !run->plan.keeps_teeth) run->rims_flipped = 1;
     else if (flat != QW_NONE && run->options.repair)
         qw_fail(run->env, QW_INTERNAL, flat,
                 "quad %u has no area in the coordinates that would be written, so the result is withheld", flat);
