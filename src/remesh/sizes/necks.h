@@ -5,8 +5,7 @@
  * side, q = L^2 / (4 pi A) is 1 for a circle in a plane, 1/2 for the rim of half a ball, 1/4 for a rod twice as long as
  * it is thick. Tips of rods and floors of sockets are farther from the rest of the surface than all around them; from
  * each of them the level lines of the distance are looked at, and where q has a minimum there is a neck. */
-#ifndef QW_REMESH_SIZES_NECKS_H
-#define QW_REMESH_SIZES_NECKS_H
+#pragma once
 
 #include "geometry/bvh.h"
 
@@ -30,5 +29,3 @@ typedef struct qw_necks {
    halves what encloses a tip or a floor in it. In the current scope. */
 qw_necks qw_find_necks(qw_env *env, const qw_trimesh *surface, const qw_bvh *tree, const float *size, bool is_half,
                        double strength);
-
-#endif
