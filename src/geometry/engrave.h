@@ -1,7 +1,6 @@
 /* Polylines engraved in a surface: its triangles are cut along them, so that they become chains of marked edges. The
  * surface stays where it is. */
-#ifndef QW_GEOMETRY_ENGRAVE_H
-#define QW_GEOMETRY_ENGRAVE_H
+#pragma once
 
 #include "geometry/bvh.h"
 #include "geometry/trimesh.h"
@@ -21,5 +20,3 @@ typedef struct qw_polylines {
    the next; where drawn is not NULL, bool[lines->count] says instead which could be. Arrays in the caller's scope. */
 qw_trimesh qw_engrave(qw_env *env, const qw_trimesh *surface, const qw_bvh *bvh, const qw_polylines *lines,
                       float length, int64_t *marked, bool *drawn);
-
-#endif

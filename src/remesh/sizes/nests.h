@@ -12,8 +12,7 @@
  *      ' - - - - - - '
  *      cones of the outside       Sizes are one length on the curve and grow as the lines around do.
  */
-#ifndef QW_REMESH_SIZES_NESTS_H
-#define QW_REMESH_SIZES_NESTS_H
+#pragma once
 
 #include "geometry/trimesh.h"
 
@@ -51,5 +50,3 @@ void qw_unmark_nests(qw_env *env, qw_trimesh *mesh, const qw_nests *nests);
    uint8_t[mesh->vertex_count]; direction: qw_vec3[mesh->vertex_count], 0 where nothing is said. */
 int64_t qw_direct_nests(qw_env *env, const qw_trimesh *mesh, const qw_nests *nests, const uint8_t *constraint,
                         qw_vec3 *direction);
-
-#endif
