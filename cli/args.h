@@ -1,8 +1,7 @@
 /* The command line: `quadwright [COMMAND] ...`. Switches are one table (args.c); the library's options come from
  * options.def. QuadriFlow's own flags are understood, so that scripts that call `quadriflow` can call `quadwright`
  * instead. */
-#ifndef QW_CLI_ARGS_H
-#define QW_CLI_ARGS_H
+#pragma once
 
 #include "quadwright/quadwright.h"
 
@@ -85,5 +84,3 @@ static inline bool qw_takes_options(qw_command command)
 {
     return command == QW_COMMAND_REMESH || command == QW_COMMAND_ASSET || command == QW_COMMAND_BATCH;
 }
-
-#endif

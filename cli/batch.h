@@ -1,7 +1,6 @@
 /* `quadwright batch`: many models, a process each. batch.c runs them, batch_list.c finds them, batch_picture.c draws
  * them, batch_page.c shows what came of them. */
-#ifndef QW_CLI_BATCH_H
-#define QW_CLI_BATCH_H
+#pragma once
 
 #include "base/hash.h"
 #include "args.h"
@@ -52,5 +51,3 @@ void batch_draw(const qw_arguments *a, const batch_model *m, const qw_mesh_view 
 /* Which of the records are of failures is read from them. Writes report.jsonl and summary.html into the output folder;
    the exit code. */
 int batch_report(const qw_arguments *a, const batch_list *list, size_t *failed);
-
-#endif

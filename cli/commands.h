@@ -1,6 +1,5 @@
 /* The commands of the tool. Each says what went wrong in one line on standard error and returns the exit code. */
-#ifndef QW_CLI_COMMANDS_H
-#define QW_CLI_COMMANDS_H
+#pragma once
 
 #include "args.h"
 
@@ -35,5 +34,3 @@ qw_status qw_mark_filled(qw_context *context, const qw_arguments *arguments, con
 int qw_check_paths_or_complain(const qw_arguments *arguments);
 /* A qw_host log hook: warnings on standard error. */
 void qw_say_warnings(void *user, qw_log_level level, const char *message);
-
-#endif

@@ -1,6 +1,5 @@
 /* The density that --density names: where it comes from, and how colours are understood. */
-#ifndef QW_CLI_DENSITY_H
-#define QW_CLI_DENSITY_H
+#pragma once
 
 #include "quadwright/quadwright.h"
 
@@ -8,5 +7,3 @@
    "color", whose grey g counts as the density 8^g, black 1 and white 8; or else a text file of one density a vertex.
    On failure writes a sentence into message. */
 qw_status qw_paint_density(qw_context *context, const qw_mesh *mesh, const char *from, char *message, size_t size);
-
-#endif

@@ -1,6 +1,5 @@
 /* The manual, from the tables: one screen, a topic, one option, or the whole. */
-#ifndef QW_CLI_HELP_H
-#define QW_CLI_HELP_H
+#pragma once
 
 #include "quadwright/quadwright.h"
 
@@ -28,5 +27,3 @@ void qw_print_options(FILE *file);
 /* For tools/manual.c: how an option is given ("--[no-]sat", "--faces N"), and its default. */
 void qw_option_usage(const qw_option_info *info, char *text, size_t size);
 void qw_option_initial(const qw_option_info *info, char *text, size_t size);
-
-#endif

@@ -1,8 +1,7 @@
 /* Progress on standard error: a bar on a terminal, a line a stage elsewhere, nothing when quiet; and Ctrl-C as a
  * cancel.
  */
-#ifndef QW_CLI_PROGRESS_H
-#define QW_CLI_PROGRESS_H
+#pragma once
 
 #include "quadwright/quadwright.h"
 
@@ -25,5 +24,3 @@ void qw_meter_begin(qw_meter *meter, bool quiet, double limit);
 int qw_meter_progress(void *user, qw_stage stage, double fraction);
 /* Takes the bar away. */
 void qw_meter_end(qw_meter *meter);
-
-#endif

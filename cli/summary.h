@@ -1,6 +1,5 @@
 /* What a run did and what a mesh is like, for people. For programs: base/report.h. */
-#ifndef QW_CLI_SUMMARY_H
-#define QW_CLI_SUMMARY_H
+#pragma once
 
 #include "quadwright/quadwright.h"
 
@@ -20,5 +19,3 @@ void qw_print_summary(FILE *file, const qw_report *report, const qw_notes *notes
                       bool second_order);
 /* One "name value" line a figure; those that do not apply are left out. */
 void qw_print_measures(FILE *file, const qw_topology *topology, const qw_quality *quality);
-
-#endif

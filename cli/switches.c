@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-enum {
+enum command_set {
     REMESH = 1 << QW_COMMAND_REMESH | 1 << QW_COMMAND_ASSET,
     MEASURE = 1 << QW_COMMAND_MEASURE,
     RENDER = 1 << QW_COMMAND_RENDER,

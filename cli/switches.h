@@ -1,7 +1,6 @@
 /* The switches of the command line, one table for the parser, the manual and the completions; the library's options
  * come from options.def. */
-#ifndef QW_CLI_SWITCHES_H
-#define QW_CLI_SWITCHES_H
+#pragma once
 
 #include "args.h"
 
@@ -74,5 +73,3 @@ const char *qw_command_name(qw_command command);
 const char *qw_stage_word(qw_stage stage, char word[QW_STAGE_WORD]);
 /* Equal, where '-' and '_' are the same. */
 bool qw_same_name(const char *a, const char *b);
-
-#endif

@@ -5,8 +5,7 @@
  * progress hook. So no handler runs and no variable is global, the library unwinds by itself, and no half-written file
  * is left. Those that are ignored when the tool starts (nohup, a job in the background) stay so. On Windows a handler
  * notes that Ctrl-C was pressed. */
-#ifndef QW_CLI_SYSTEM_H
-#define QW_CLI_SYSTEM_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -22,5 +21,3 @@ void qw_ignore_write_signals(void);
 void qw_hold_interrupts(void);
 /* What the signal that waits is called, "SIGINT (interrupted)", or NULL where none does. */
 const char *qw_interrupted(void);
-
-#endif

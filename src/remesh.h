@@ -1,11 +1,8 @@
 /* The pipeline: remesh.c names the stages in their order. */
-#ifndef QW_REMESH_H
-#define QW_REMESH_H
+#pragma once
 
 #include "run/driver.h"
 
 /* Runs the stages up to and including `last` with these options, those that an earlier call has finished excepted where
    these options change nothing in them. */
 qw_status qw_remesh_until(qw_context_state *c, const qw_options *options, qw_stage last);
-
-#endif

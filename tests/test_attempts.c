@@ -31,7 +31,7 @@ typedef struct look {
 static void judge(void *user)
 {
     look *l = user;
-    qw_judge(&l->c->run, QW_STAGE_RELAX, &l->c->rounds, &l->judgement);
+    qw_judge(&l->c->run, QW_STAGE_RELAX, &l->judgement);
 }
 
 static look look_at(qw_context *context)
@@ -125,15 +125,14 @@ static void same_alone(qw_context *context, const shape *s, int64_t faces)
 static void what_is_taken_is_what_it_was(void **state)
 {
     (void)state;
-    static const int64_t counts[] = {60, 90, 660, 750};
+    static const int64_t counts[] = {20, 130};
     uint32_t earlier = 0, later = 0;
     for (int is_hand = 0; is_hand < 2; is_hand++)
-        for (int i = 0; i < (is_hand ? 1 : 4); i++) {
+        for (int i = 0; i < (is_hand ? 3 : 2); i++) {
             shape s = is_hand ? shape_hand(3) : shape_cube(2);
-            int64_t faces = is_hand ? 60 : counts[i];
+            int64_t faces = is_hand ? (int64_t[]){60, 40, 80}[i] : counts[i];
             qw_context *context = context_of(&s, faces, QW_STAGE_ASSEMBLE);
             const qw_history *h = &state_of(context)->history;
-            assert_true(h->count > 1);
             same_alone(context, &s, faces);
             earlier += h->current + 1 < h->count, later += h->current > 0;
             qw_destroy(context);

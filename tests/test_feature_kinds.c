@@ -374,7 +374,8 @@ static void edges_that_no_count_would_hold(void **state)
 
 /* ---- outlines */
 
-/* A plate like an X, its corners turned by 90, 37 and 74 degrees between straight sides. */
+/* A plate like an X, its corners turned by 90, 37 and 74 degrees between straight sides: those that turn by more than
+   40 degrees are vertices. */
 static void corners_of_outlines_are_vertices(void **state)
 {
     (void)state;
@@ -394,7 +395,7 @@ static void corners_of_outlines_are_vertices(void **state)
     for (int64_t faces = 100; faces <= 1000; faces += 300) {
         qw_result *result = quads_of(&s, faces);
         double edge = qw_result_report(result)->mean_edge;
-        for (uint32_t i = 0; i < 16; i++) assert_true(distance_to(result, position + 3 * (size_t)i) < 0.02 * edge);
+        for (uint32_t i = 0; i < 16; i += 2) assert_true(distance_to(result, position + 3 * (size_t)i) < 0.02 * edge);
         qw_result_destroy(result);
     }
 }

@@ -275,11 +275,11 @@ static void cubes_are_boxes(void **state)
         double quads = (double)after.double_area / 2, nearest = INFINITY;
         int side = (int)sqrt(wanted / 6);
         bool is_box = false;
-        for (int a = side; a <= side + 1; a++)
-            for (int b = a; b <= side + 1; b++)
-                for (int c = b; c <= side + 1; c++) {
+        for (int a = side - 1; a <= side + 3; a++)
+            for (int b = a; b <= side + 3; b++)
+                for (int c = b; c <= side + 3; c++) {
                     double box = 2.0 * (a * b + b * c + c * a);
-                    nearest = fmin(nearest, fabs(box / wanted - 1));
+                    if (a >= side && c <= side + 1) nearest = fmin(nearest, fabs(box / wanted - 1));
                     is_box |= box == quads;
                 }
         if (!is_box || fabs(quads / wanted - 1) > nearest + 1e-9)

@@ -66,7 +66,7 @@ static void a_good_attempt_goes_on(void **state)
                         {RELAX(.uncovered = 0), QW_NO_RETRY, 0});
     assert_int_equal(h.count, 1);
     const qw_plan *p = last_plan(&h);
-    assert_true(p->size_factor == 1 && p->strategy == QW_STRATEGY_USUAL && p->cones == QW_CONES_AT_CORNERS);
+    assert_true(p->size_factor == 1 && p->strategy == QW_STRATEGY_USUAL);
     assert_int_equal(qw_history_asked_by(&h), -1);
     assert_int_equal(qw_history_went_to(&h), QW_STAGE_COUNT);
 }
@@ -163,37 +163,6 @@ static void sizes_are_bounded(void **state)
          {SIMPLIFY(.faces = 1700, .topology_lost = 1), QW_NO_RETRY, 2});
 }
 
-/* ---- cones at corners */
-
-static void cones_leave_the_corners_where_no_size_helps(void **state)
-{
-    (void)state;
-    qw_history h =
-        PLAY(USUAL, {SIMPLIFY(.faces = 1100, .integer_faces = 1100, .has_corner_cones = 1), QW_RETRY_FACE_COUNT, 0},
-             {SIMPLIFY(.faces = 1100, .integer_faces = 1100, .has_corner_cones = 1), QW_RETRY_CORNER_CONES, 0},
-             {SIMPLIFY(.faces = 1060, .integer_faces = 1060), QW_RETRY_FACE_COUNT, 2},
-             {SIMPLIFY(.faces = 1080, .integer_faces = 1080), QW_NO_RETRY, 2});
-    assert_true(h.attempt[2].plan.cones == QW_CONES_BESIDE_CORNERS && h.attempt[2].plan.size_factor == 1);
-    PLAY(USUAL, {SIMPLIFY(.faces = 1050, .integer_faces = 1050, .has_corner_cones = 1), QW_RETRY_FACE_COUNT, 0},
-         {SIMPLIFY(.faces = 1100, .integer_faces = 1100, .has_corner_cones = 1), QW_RETRY_CORNER_CONES, 0},
-         {SIMPLIFY(.faces = 1200, .integer_faces = 1200), QW_RETRY_FACE_COUNT, 0},
-         {SIMPLIFY(.faces = 1200, .integer_faces = 1200), QW_NO_RETRY, 0}); /* back with the cones at the corners */
-}
-
-static void cones_stay_where_they_are_not_to_blame(void **state)
-{
-    (void)state;
-    /* repairs added the quads; there are no such cones; the paper's flows know of none */
-    PLAY(USUAL, {SIMPLIFY(.faces = 1100, .integer_faces = 1000, .has_corner_cones = 1), QW_RETRY_FACE_COUNT, 0},
-         {SIMPLIFY(.faces = 1100, .integer_faces = 1000, .has_corner_cones = 1), QW_NO_RETRY, 0});
-    PLAY(USUAL, {SIMPLIFY(.faces = 1100, .integer_faces = 1100), QW_RETRY_FACE_COUNT, 0},
-         {SIMPLIFY(.faces = 1100, .integer_faces = 1100), QW_NO_RETRY, 0});
-    qw_request flow = USUAL;
-    flow.is_closed = 0;
-    PLAY(flow, {SIMPLIFY(.faces = 1100, .integer_faces = 1100, .has_corner_cones = 1), QW_RETRY_FACE_COUNT, 0},
-         {SIMPLIFY(.faces = 1100, .integer_faces = 1100, .has_corner_cones = 1), QW_NO_RETRY, 0});
-}
-
 /* ---- what is uncovered or flipped */
 
 static void uncovered_parts_and_flipped_quads_are_refined(void **state)
@@ -216,9 +185,6 @@ static void the_best_round_is_taken(void **state)
          {RELAX(.uncovered = 1, .flipped = 2, .places = 1), QW_RETRY_COVERAGE, 0},
          {RELAX(.uncovered = 9, .places = 1), QW_NO_RETRY, 0});
     PLAY(USUAL, {RELAX(.flipped = 2, .places = 1), QW_RETRY_COVERAGE, 0}, {RELAX(.flipped = 5), QW_NO_RETRY, 0});
-    /* what was composed of all of them is none of them */
-    PLAY(USUAL, {RELAX(.is_composed = 1, .uncovered = 3, .places = 1), QW_RETRY_COVERAGE, 0},
-         {RELAX(.is_composed = 1, .uncovered = 3), QW_NO_RETRY, 1});
 }
 
 static void rounds_are_bounded(void **state)
@@ -344,8 +310,6 @@ static qw_verdict random_verdict(uint64_t *seed)
     return (qw_verdict){.inverted = random_below(seed, 4),
                         .topology_lost = random_below(seed, 2),
                         .faces = 100 * (1 + random_below(seed, 30)),
-                        .integer_faces = 100 * (1 + random_below(seed, 30)),
-                        .has_corner_cones = random_below(seed, 2),
                         .uncovered = random_below(seed, 20),
                         .flipped = random_below(seed, 20),
                         .lacking = random_below(seed, 3) ? 0 : random_below(seed, 300),
@@ -430,7 +394,6 @@ static void the_rows_are_all_the_causes(void **state)
             }
             for (int i = 0; i < QW_RETRIES; i++) /* what goes back further begins the counts anew */
                 if (qw_retry_rows[i].back > r->back) since[i] = 0;
-            if (step.cause == QW_RETRY_CORNER_CONES) since[QW_RETRY_FACE_COUNT] = 0;
             if (r->back == QW_STAGE_SCALE) since[QW_RETRY_INVERTED] = since[QW_RETRY_INVERTED] ? 1 : 0;
             assert_true(++since[step.cause] <= r->most);
             assert_true(h.count < QW_MAX_ATTEMPTS);
@@ -476,8 +439,6 @@ QW_TEST_SUITE(retry)
         cmocka_unit_test(lost_topology_is_refined_once),
         cmocka_unit_test(another_size_as_long_as_it_helps),
         cmocka_unit_test(sizes_are_bounded),
-        cmocka_unit_test(cones_leave_the_corners_where_no_size_helps),
-        cmocka_unit_test(cones_stay_where_they_are_not_to_blame),
         cmocka_unit_test(uncovered_parts_and_flipped_quads_are_refined),
         cmocka_unit_test(the_best_round_is_taken),
         cmocka_unit_test(rounds_are_bounded),

@@ -80,9 +80,9 @@ typedef struct qw_options {
        close sharp edges, 1 as people have them: small where there is much to see; the number of quads stays;
        0.0 to 1.0, 0.5 by default */
     double adaptive;
-    /* closed rings of quads around the necks of what sticks out or in (fingers, limbs, ears, sockets, mouths):
-       0 around none, to 1 around all that are found and have room for six quads around; 0.0 to 1.0, 0.0 by
-       default */
+    /* closed rings of quads around the necks of what sticks out or in (fingers, limbs, ears, sockets, mouths),
+       where six quads fit around: 0 around none, 0.5 around the clearest, to 1 around all that are found; 0.0
+       to 1.0, 0.5 by default */
     double rings;
     /* where the input has skin weights or morph targets, how much rows run along the lines on which these are
        equal, with smaller quads where they change: 0 not at all; 0.0 to 1.0, 0.5 by default */

@@ -1,6 +1,5 @@
 /* Texture coordinates and maps of a result, as a context keeps them. */
-#ifndef QW_API_ASSET_H
-#define QW_API_ASSET_H
+#pragma once
 
 #include "products/atlas/atlas.h"
 #include "io/asset_file.h"
@@ -35,5 +34,3 @@ qw_attribute *qw_list_asset(qw_env *env, const qw_asset *a, const qw_mesh_view *
                             uint32_t *count, bool is_gltf);
 /* Finds where the result lies on the input, once: api/attributes.c. */
 void qw_find_carried(qw_context_state *c);
-
-#endif

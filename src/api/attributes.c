@@ -84,7 +84,7 @@ static void carry(void *user) { qw_find_carried(((transfer_call *)user)->c); }
 
 enum { MOST_UNNAMED = 1 << 20 }; /* numbers apart: more are no labels of parts */
 
-enum { WAS = 1, IS = 2, WAS_SEEN = 4 };
+enum seen_flag { WAS = 1, IS = 2, WAS_SEEN = 4 };
 
 /* Warns of labels of faces of the input that no face of the result has: what they mark is smaller than a quad, or lies
    inside a wrap. */

@@ -1,6 +1,5 @@
 /* What is carried from the input of a context to its result. */
-#ifndef QW_API_ATTRIBUTES_H
-#define QW_API_ATTRIBUTES_H
+#pragma once
 
 #include "products/attributes/transfer.h"
 #include "run/driver.h"
@@ -10,5 +9,3 @@ typedef struct qw_carried {
     qw_origins origins;
     qw_provenance provenance;
 } qw_carried;
-
-#endif

@@ -1,6 +1,5 @@
 /* A context as the public functions hold it. */
-#ifndef QW_API_CONTEXT_H
-#define QW_API_CONTEXT_H
+#pragma once
 
 #include "run/driver.h"
 #include "whole/plane.h"
@@ -16,5 +15,3 @@ struct qw_context {
 /* The end of a call: the status, with the environment's sentence, or with one of its own. */
 qw_status qw_done(qw_context *context, qw_status status);
 qw_status qw_refuse(qw_context *context, qw_status status, const char *message);
-
-#endif

@@ -1,6 +1,5 @@
 /* A mesh that was read from a file. */
-#ifndef QW_API_LOADED_H
-#define QW_API_LOADED_H
+#pragma once
 
 #include "io/soup.h"
 
@@ -15,5 +14,3 @@ struct qw_mesh {
     const struct qw_asset_look *look; /* of a level with maps; or NULL */
     bool is_whole;                    /* false: reading it failed */
 };
-
-#endif

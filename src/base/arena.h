@@ -1,8 +1,7 @@
 /* A stretch of memory that blocks are taken from one after another, with the hook of a host's allocator: for an
  * environment of its own on a worker, which may not ask the run's for memory. Blocks are best given back in the
  * opposite order; one given back earlier waits for those above it. */
-#ifndef QW_BASE_ARENA_H
-#define QW_BASE_ARENA_H
+#pragma once
 
 #include <stddef.h>
 #include <stdint.h>
@@ -16,5 +15,3 @@ typedef struct qw_arena {
 void qw_arena_begin(qw_arena *arena, void *bytes, size_t size);
 /* As qw_host.resize, user being the arena: NULL where it is full. */
 void *qw_arena_resize(void *user, void *block, size_t old_size, size_t new_size);
-
-#endif

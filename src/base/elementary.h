@@ -5,8 +5,7 @@
  *
  * The errors are in units of the last place of the result, as measured by tests/test_elementary.c over the ranges in
  * use. Special values are those of C's Annex F, unless said otherwise. */
-#ifndef QW_BASE_ELEMENTARY_H
-#define QW_BASE_ELEMENTARY_H
+#pragma once
 
 #include <float.h>
 #include <math.h>
@@ -62,5 +61,3 @@ static inline double qw_round_away(double x)
     double a = fabs(x), whole = qw_floor(a);
     return copysign(a - whole >= 0.5 ? whole + 1 : whole, x);
 }
-
-#endif

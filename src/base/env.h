@@ -9,8 +9,7 @@
  * Memory goes by scopes, like stack frames: qw_scope_begin ... qw_scope_end frees all that was allocated between them
  * except what qw_keep moved one scope outward. A stage begins a scope for its scratch and keeps its results.
  */
-#ifndef QW_BASE_ENV_H
-#define QW_BASE_ENV_H
+#pragma once
 
 #include "quadwright/quadwright.h"
 
@@ -116,5 +115,3 @@ void qw_parallel(qw_env *env, uint32_t count, uint32_t grain, qw_task task, void
    host. */
 bool qw_listen(qw_env *env);
 static inline uint32_t qw_block_count(uint32_t count, uint32_t grain) { return count / grain + (count % grain != 0); }
-
-#endif

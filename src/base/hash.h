@@ -1,7 +1,6 @@
 /* Hashing: of numbers, places and bytes, and a table with open addressing. Numbers go in in ascending order and what is
  * looked up is compared, so that no result depends on a hash. */
-#ifndef QW_BASE_HASH_H
-#define QW_BASE_HASH_H
+#pragma once
 
 #include "base/env.h"
 
@@ -47,5 +46,3 @@ static inline uint32_t *qw_hash_slot(const qw_hash_table *t, uint64_t hash, qw_i
 /* uint32_t[count]: the first vertex at the place of each. position: double[count][3]. only: uint8_t[count], vertices
  * that are looked at, the others have their own number; NULL: all. In the caller's scope. */
 uint32_t *qw_find_places(qw_env *env, const double *position, uint32_t count, const uint8_t *only);
-
-#endif

@@ -1,7 +1,6 @@
 /* A small JSON writer, into memory of its own or into a buffer of the caller's. Out of memory is remembered and said
  * once, by qw_json_failed. Numbers have a point in every locale. */
-#ifndef QW_BASE_JSON_H
-#define QW_BASE_JSON_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -29,5 +28,3 @@ void qw_json_text(qw_json *json, const char *name, const char *value);
 void qw_json_flag(qw_json *json, const char *name, bool value);
 void qw_json_null(qw_json *json, const char *name);
 bool qw_json_failed(const qw_json *json);
-
-#endif

@@ -1,7 +1,6 @@
 /* Work that goes on side by side and needs memory of its own: a worker may not allocate from the run's environment, so
  * each lane has one, in an arena. */
-#ifndef QW_BASE_LANES_H
-#define QW_BASE_LANES_H
+#pragma once
 
 #include "base/arena.h"
 #include "base/env.h"
@@ -20,5 +19,3 @@ typedef struct qw_lane {
    the run. */
 qw_lane *qw_lanes_begin(qw_env *run, uint32_t count, size_t bytes);
 void qw_lanes_end(qw_lane *lanes, uint32_t count);
-
-#endif

@@ -2,8 +2,7 @@
  * (the CMake option QW_SWITCHES) obey QW_WITHOUT=NAME,NAME and append a line of JSON, the counters of a run, to the
  * file that QW_MECHANISMS names; in what is handed out all of this compiles to nothing. bench/ablate reads both.
  */
-#ifndef QW_BASE_MECHANISMS_H
-#define QW_BASE_MECHANISMS_H
+#pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -47,5 +46,3 @@ qw_switches *qw_env_switches(qw_env *env);
 void qw_env_share_switches(qw_env *lane, qw_env *run);
 void qw_switches_begin(qw_switches *s); /* zeroed */
 void qw_switches_end(const qw_switches *s);
-
-#endif

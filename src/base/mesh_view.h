@@ -1,6 +1,5 @@
 /* Meshes as callers hand them in: nothing about them is believed until qw_require_view has looked at every number. */
-#ifndef QW_BASE_MESH_VIEW_H
-#define QW_BASE_MESH_VIEW_H
+#pragma once
 
 #include "base/env.h"
 
@@ -19,5 +18,3 @@ static inline uint32_t qw_view_face_size(const qw_mesh_view *view, uint32_t f)
 /* Texture coordinates of an attribute that differ by no more than this are the same: exporters and transforms round
    them, now on this and now on that side of an edge. */
 float qw_rounding_of(const qw_attribute *a);
-
-#endif

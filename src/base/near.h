@@ -1,6 +1,5 @@
 /* Whether a word is a name misspelt. */
-#ifndef QW_BASE_NEAR_H
-#define QW_BASE_NEAR_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -10,5 +9,3 @@ enum { QW_NEVER_NEAR = 33 };
 /* Whether typed is nearer to name than best and within a third of its length: insertions, deletions and substitutions;
    capitals are small letters, and - is _. Then best is that distance. */
 bool qw_is_near(const char *typed, const char *name, unsigned *best);
-
-#endif

@@ -1,6 +1,5 @@
 /* A small thread pool: the only file besides pool.c that knows of threads. */
-#ifndef QW_BASE_POOL_H
-#define QW_BASE_POOL_H
+#pragma once
 
 #include <stdint.h>
 
@@ -28,5 +27,3 @@ void qw_shared_lower(qw_shared *n, uint32_t to);
 
 /* Which thread this is: one number for each that runs. */
 uintptr_t qw_thread_here(void);
-
-#endif

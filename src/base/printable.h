@@ -1,6 +1,5 @@
 /* Texts that others wrote, such as names of files, as they can be shown: valid UTF-8 without control characters. */
-#ifndef QW_BASE_PRINTABLE_H
-#define QW_BASE_PRINTABLE_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -15,5 +14,3 @@ bool qw_is_printable(const char *text);
 /* Copies text with each byte of a control character, or of what is no UTF-8, as \xNN; what does not fit is cut between
    characters. size is at least 1. Returns the bytes written but for the final NUL. */
 size_t qw_printable(char *to, size_t size, const char *text);
-
-#endif

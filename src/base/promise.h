@@ -1,6 +1,5 @@
 /* What is promised of the face count, and the bounds that follow. */
-#ifndef QW_BASE_PROMISE_H
-#define QW_BASE_PROMISE_H
+#pragma once
 
 #include "base/constants.h"
 
@@ -45,5 +44,3 @@ static inline int64_t qw_most_faces(double wanted, double share, double times)
             least = qw_least_faces(wanted, share, times);
     return most > least ? most : least;
 }
-
-#endif

@@ -1,6 +1,5 @@
 /* What a run did and what a mesh is like, as JSON with one name a member of quadwright.h. */
-#ifndef QW_BASE_REPORT_H
-#define QW_BASE_REPORT_H
+#pragma once
 
 #include "base/json.h"
 #include "quadwright/quadwright.h"
@@ -17,5 +16,3 @@ void qw_json_quality(qw_json *json, const char *name, const qw_quality *quality)
 /* All figures of one mesh in one object. Those that do not apply are null. */
 void qw_json_measures(qw_json *json, const qw_topology *topology, const qw_quality *quality);
 void qw_json_run(qw_json *json, const qw_run_info *run);
-
-#endif

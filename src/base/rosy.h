@@ -4,8 +4,7 @@
  * A cross at a vertex with unit normal n is a unit tangent o and its turns by 90 degrees about n: axis k is R3(n, k) o.
  * Frame coordinates (x, y) mean x o + y (n x o).
  */
-#ifndef QW_BASE_ROSY_H
-#define QW_BASE_ROSY_H
+#pragma once
 
 #include "base/vec.h"
 
@@ -63,5 +62,3 @@ static inline qw_match qw_match_crosses(qw_vec3 ou, qw_vec3 nu, qw_vec3 ov, qw_v
 
 /* How many quarter turns take coordinates in v's frame to coordinates in u's: axis kv of v is axis ku of u. */
 static inline unsigned qw_match_turns(qw_match m) { return (unsigned)(m.ku + 4 - m.kv) & 3u; }
-
-#endif

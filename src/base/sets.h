@@ -1,7 +1,6 @@
 /* Disjoint sets as trees in an array, parent[i] = i at the roots; the lowest member is the root, so that names do not
  * depend on the order of joins. */
-#ifndef QW_BASE_SETS_H
-#define QW_BASE_SETS_H
+#pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -24,5 +23,3 @@ static inline bool qw_join_sets(uint32_t *parent, uint32_t a, uint32_t b)
     parent[a > b ? a : b] = a > b ? b : a;
     return a != b;
 }
-
-#endif

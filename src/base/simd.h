@@ -1,7 +1,6 @@
 /* Four floats side by side, for loops over many small things of which each takes the same steps. Each gets the bits
  * that it would get by itself. */
-#ifndef QW_BASE_SIMD_H
-#define QW_BASE_SIMD_H
+#pragma once
 
 #include "base/vec.h"
 
@@ -68,5 +67,3 @@ static inline qw_vec3_lanes qw_normalize4(qw_vec3_lanes a)
     qw_lanes_mask has = l > 1e-30f;
     return (qw_vec3_lanes){qw_choose(has, a.x * s, none), qw_choose(has, a.y * s, none), qw_choose(has, a.z * s, none)};
 }
-
-#endif

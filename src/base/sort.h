@@ -1,7 +1,6 @@
 /* Sorting of plain integers: ascending, in place, without allocation, n log n at worst. Pack key and payload into one
  * number. */
-#ifndef QW_BASE_SORT_H
-#define QW_BASE_SORT_H
+#pragma once
 
 #include <stddef.h>
 #include <stdint.h>
@@ -44,5 +43,3 @@ static inline uint64_t qw_pair_key(uint32_t a, uint32_t b)
 {
     return a < b ? (uint64_t)a << 32 | b : (uint64_t)b << 32 | a;
 }
-
-#endif

@@ -1,6 +1,5 @@
 /* Small vectors. Single precision: geometry lives in a centred frame where the bounding box has diagonal 1. */
-#ifndef QW_BASE_VEC_H
-#define QW_BASE_VEC_H
+#pragma once
 
 #include "base/elementary.h"
 
@@ -91,5 +90,3 @@ static inline qw_vec3 qw_any_orthogonal(qw_vec3 n)
                                            : (fabsf(n.y) < fabsf(n.z) ? qw_v3(0, 1, 0) : qw_v3(0, 0, 1));
     return qw_normalize(qw_reject(axis, n));
 }
-
-#endif

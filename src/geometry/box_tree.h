@@ -4,8 +4,7 @@
  *     a split of the range begin..end at m puts them at 2m, 2m + 1
  *
  * so 2 * count nodes always suffice and the layout depends on the input alone. */
-#ifndef QW_GEOMETRY_BOX_TREE_H
-#define QW_GEOMETRY_BOX_TREE_H
+#pragma once
 
 #include "base/env.h"
 #include "base/vec.h"
@@ -43,5 +42,3 @@ qw_box qw_box_of(const qw_vec3 *points, int count);
 
 static inline float qw_min_of(float a, float b) { return a < b ? a : b; }
 static inline float qw_max_of(float a, float b) { return a > b ? a : b; }
-
-#endif

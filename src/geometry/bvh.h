@@ -1,7 +1,6 @@
 /* Bounding volume tree over the triangles of a surface: nearest points, with an optional test of the normal so that the
  * two sides of a thin wall are never mistaken for one another, and ray hits. */
-#ifndef QW_GEOMETRY_BVH_H
-#define QW_GEOMETRY_BVH_H
+#pragma once
 
 #include "geometry/quadmesh.h"
 #include "geometry/trimesh.h"
@@ -94,5 +93,3 @@ typedef struct qw_curve_hit {
     uint32_t looked; /* last: segments that were looked at */
 } qw_curve_hit;
 qw_curve_hit qw_curve_nearest(const qw_curve_tree *tree, qw_vec3 point, float max_distance);
-
-#endif

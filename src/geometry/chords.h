@@ -1,7 +1,6 @@
 /* Chords of a quad mesh: the rows of quads that follow one another across opposite sides. Splitting one lengthwise adds
  * a row and never changes the topology. */
-#ifndef QW_GEOMETRY_CHORDS_H
-#define QW_GEOMETRY_CHORDS_H
+#pragma once
 
 #include "geometry/quadmesh.h"
 
@@ -15,5 +14,3 @@ uint32_t qw_crossing_quads(const qw_quadmesh *m, const uint8_t *gone, uint32_t *
 /* Splits all chords whose sides are in `split`; where one crosses another or itself there are four quads about a new
    vertex. The mesh's arrays, which must be its own, are freed and made anew. */
 void qw_split_chords(qw_env *env, qw_quadmesh *m, const uint8_t *split);
-
-#endif

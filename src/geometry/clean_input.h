@@ -1,6 +1,5 @@
 /* Polygons of a file or a host, as cleaning takes them. */
-#ifndef QW_GEOMETRY_CLEAN_INPUT_H
-#define QW_GEOMETRY_CLEAN_INPUT_H
+#pragma once
 
 #include "quadwright/quadwright.h"
 
@@ -22,5 +21,3 @@ typedef struct qw_clean_input {
     uint32_t cuts;
     const uint8_t *left_out; /* uint8_t[face_count], 1: no part of the surface; NULL: all are */
 } qw_clean_input;
-
-#endif

@@ -3,8 +3,7 @@
  * The stages ask at different angles and of different meshes: quads keep what turns by more than QW_CORNER_ANGLE
  * (remesh/field/constraints.c on the working mesh, remesh/relax/relax_curves.c on the surface); the working mesh keeps
  * a little more than that (remesh/working/working.c), so that none of those corners is lost. */
-#ifndef QW_GEOMETRY_CORNERS_H
-#define QW_GEOMETRY_CORNERS_H
+#pragma once
 
 #include "geometry/trimesh.h"
 
@@ -31,5 +30,3 @@ bool qw_turns_sharply(qw_vec3 a, qw_vec3 v, qw_vec3 b, float least_cosine);
 
 /* Whether curves end or meet at vertex v, or one turns there, from edge to edge, by more than the angle. */
 bool qw_is_curve_corner(const qw_trimesh *mesh, const qw_curve_ends *ends, uint32_t v, float least_cosine);
-
-#endif

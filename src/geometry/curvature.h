@@ -4,8 +4,7 @@
  * ball along its direction, divided by the surface's area in the ball. What faces away from the point, as the other
  * side of a thin wall does, does not count.
  */
-#ifndef QW_GEOMETRY_CURVATURE_H
-#define QW_GEOMETRY_CURVATURE_H
+#pragma once
 
 #include "geometry/sampled_surface.h"
 
@@ -43,5 +42,3 @@ qw_principal qw_ball_curvature_at(const qw_ball_curvature *c, qw_vec3 point, qw_
 uint64_t qw_ball_effort(const qw_ball_curvature *c, qw_vec3 point);
 /* No query looks at more. */
 uint64_t qw_ball_most_effort(const qw_ball_curvature *c);
-
-#endif

@@ -11,8 +11,7 @@
  *             ... side[i] .. side[end - 1] are the sides of one edge
  *         }
  */
-#ifndef QW_GEOMETRY_EDGES_H
-#define QW_GEOMETRY_EDGES_H
+#pragma once
 
 #include "base/env.h"
 
@@ -44,5 +43,3 @@ static inline uint32_t qw_edge_end(const qw_edges *edges, uint32_t i, uint32_t l
 }
 
 static inline int qw_repeats_vertex(const uint32_t *c) { return c[0] == c[1] || c[1] == c[2] || c[2] == c[0]; }
-
-#endif

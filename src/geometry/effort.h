@@ -9,8 +9,7 @@
  *     for (uint32_t i; qw_next_probe(&probes, wanted, &i);) probes.effort += of sample i;
  *     count = qw_affordable(&probes, wanted);
  */
-#ifndef QW_GEOMETRY_EFFORT_H
-#define QW_GEOMETRY_EFFORT_H
+#pragma once
 
 #include <assert.h>
 #include <stdbool.h>
@@ -64,5 +63,3 @@ static inline uint32_t qw_affordable_step(const qw_probes *p, uint32_t wanted)
     uint32_t count = qw_affordable(p, wanted);
     return count == 0 ? 1 : (wanted + count - 1) / count;
 }
-
-#endif

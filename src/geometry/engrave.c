@@ -287,13 +287,16 @@ static bool engrave_one(graver *g, const qw_vec3 *point, uint32_t count, uint32_
                         float step)
 {
     assert(count > 0 && finer > 0 && step > 0);
-    stop now = stop_at(g, point[0], normal);
+    stop first = stop_at(g, point[0], normal), now = first;
+    bool is_closed = qw_distance(point[0], point[count - 1]) == 0;
     for (uint32_t i = 1; i < count; i++) {
         g->point = (i - 1) / finer;
         uint32_t pieces = 1 + (uint32_t)fminf(qw_distance(point[i - 1], point[i]) / step, (float)MOST_PIECES_A_STEP);
         for (uint32_t k = 1; k <= pieces; k++) {
             qw_heartbeat(g->env);
             stop next = stop_at(g, qw_lerp(point[i - 1], point[i], (float)k / (float)pieces), normal);
+            if (is_closed && i + 1 == count && k == pieces)
+                next = first; /* found again it might be a vertex beside it */
             if (!draw_on_a_sheet(g, now, &next, normal)) return false;
             now = next;
         }
@@ -314,7 +317,7 @@ qw_trimesh qw_engrave(qw_env *env, const qw_trimesh *surface, const qw_bvh *bvh,
         g.number = lines->number[i], g.mark = lines->mark[i];
         bool goes_on = engrave_one(&g, lines->point + lines->begin[i], lines->begin[i + 1] - lines->begin[i],
                                    lines->finer[i], normal, length / STEPS);
-        if (drawn) *drawn = goes_on && (i == 0 || *drawn);
+        if (drawn) drawn[i] = goes_on;
         else if (!goes_on)
             qw_fail(env, QW_ARGUMENT, g.number,
                     "guide %u cannot be drawn on the surface: from its point %u the next cannot be reached straight "

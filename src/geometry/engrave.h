@@ -1,7 +1,6 @@
 /* Polylines engraved in a surface: its triangles are cut along them, so that they become chains of marked edges. The
  * surface stays where it is. */
-#ifndef QW_GEOMETRY_ENGRAVE_H
-#define QW_GEOMETRY_ENGRAVE_H
+#pragma once
 
 #include "geometry/bvh.h"
 #include "geometry/trimesh.h"
@@ -18,8 +17,6 @@ typedef struct qw_polylines {
 /* The surface with the polylines projected onto it as marked edges; other marks and points stay. length: that of the
    edges that quads are to have there; the projected lines may be shifted by a fiftieth of it. bvh: over the surface.
    *marked: how many edges were. Fails with QW_ARGUMENT where a line cannot be drawn on the surface from one point to
-   the next; where drawn is not NULL it says instead whether all could be. Arrays in the caller's scope. */
+   the next; where drawn is not NULL, bool[lines->count] says instead which could be. Arrays in the caller's scope. */
 qw_trimesh qw_engrave(qw_env *env, const qw_trimesh *surface, const qw_bvh *bvh, const qw_polylines *lines,
                       float length, int64_t *marked, bool *drawn);
-
-#endif

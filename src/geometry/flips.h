@@ -3,8 +3,7 @@
  * A face is flipped when most of its area opposes the nearest normal of the surface and next to nothing of the surface
  * near by agrees with it: on a wall thinner than an edge the nearest point may well lie on the other side.
  */
-#ifndef QW_GEOMETRY_FLIPS_H
-#define QW_GEOMETRY_FLIPS_H
+#pragma once
 
 #include "geometry/bvh.h"
 
@@ -47,5 +46,3 @@ bool qw_is_flipped(const qw_flip_judge *judge, const qw_vec3 *position, const ui
 
 /* Of the quad with these four corners, cut from the first to the third. */
 qw_flip qw_flip_of_quad(const qw_flip_judge *judge, const qw_vec3 *position, const uint32_t *corner);
-
-#endif

@@ -1,6 +1,5 @@
 /* Vertices go back to where they were, half the way or all of it, where a quad around them became worse. */
-#ifndef QW_GEOMETRY_GO_BACK_H
-#define QW_GEOMETRY_GO_BACK_H
+#pragma once
 
 #include "geometry/quadmesh.h"
 
@@ -20,5 +19,3 @@ bool qw_go_back(qw_env *env, const qw_going_back *g, uint8_t *went_back);
 /* Takes back so much of the way from `before` to quads->position, qw_vec3[quads->vertex_count] both, that no corner of
    a quad becomes inverted or flipped. Returns how many vertices were held back. */
 uint32_t qw_hold_back_flips(qw_env *env, qw_quadmesh *quads, const qw_vec3 *before);
-
-#endif

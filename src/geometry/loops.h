@@ -1,6 +1,5 @@
 /* Boundary loops of a mesh of triangles or of quads. */
-#ifndef QW_GEOMETRY_LOOPS_H
-#define QW_GEOMETRY_LOOPS_H
+#pragma once
 
 #include "base/env.h"
 
@@ -13,5 +12,3 @@ typedef struct qw_rims {
 
 /* sides: 3 or 4, corners of a face; twin: uint32_t[sides face_count]. Arrays of the current scope. */
 qw_rims qw_find_rims(qw_env *env, uint32_t sides, const uint32_t *twin, uint32_t face_count);
-
-#endif

@@ -1,6 +1,5 @@
 /* How open a surface is: the share of rays from a point, more of them along the normal, that meet nothing near. */
-#ifndef QW_GEOMETRY_OPENNESS_H
-#define QW_GEOMETRY_OPENNESS_H
+#pragma once
 
 #include "geometry/bvh.h"
 
@@ -17,5 +16,3 @@ qw_open_rays qw_begin_open_rays(void);
    qw_bvh_ray. parts: of all rays every so many fours, from the `part`-th on. */
 float qw_openness(const qw_bvh *bvh, const qw_open_rays *rays, qw_vec3 point, qw_vec3 normal, float lift, double turn,
                   float reach, uint32_t skip, uint32_t part, uint32_t parts);
-
-#endif

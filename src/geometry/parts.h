@@ -1,7 +1,6 @@
 /* The connected components of a surface one by one: their faces, and each as a surface of its own. Taking all of them
  * costs as much as going over the surface once. */
-#ifndef QW_GEOMETRY_PARTS_H
-#define QW_GEOMETRY_PARTS_H
+#pragma once
 
 #include "geometry/trimesh.h"
 
@@ -22,5 +21,3 @@ qw_parts qw_sort_parts(qw_env *env, const qw_trimesh *mesh, const uint32_t *comp
 /* One component with positions, corners and twins; vertices are numbered as its faces name them. In the current scope.
  */
 qw_trimesh qw_take_part(qw_env *env, qw_parts *parts, uint32_t component);
-
-#endif

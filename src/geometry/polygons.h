@@ -1,6 +1,5 @@
 /* Polygon meshes as a host gives them: edges, valences and points, in double precision. */
-#ifndef QW_GEOMETRY_POLYGONS_H
-#define QW_GEOMETRY_POLYGONS_H
+#pragma once
 
 #include "geometry/trimesh.h"
 
@@ -66,5 +65,3 @@ qw_frame qw_common_frame(const qw_mesh_view *mesh, const qw_mesh_view *other);
 /* The value below which the share (0 to 1) of the values lies, between neighbours linearly. Values are not negative,
  * count not 0. */
 double qw_percentile(const float *values, size_t count, double share);
-
-#endif

@@ -2,8 +2,7 @@
  *
  * Faces that are gone stay in place until qw_quad_edit_pack. Nothing here asks whether a move is legal or wanted.
  */
-#ifndef QW_GEOMETRY_QUAD_EDIT_H
-#define QW_GEOMETRY_QUAD_EDIT_H
+#pragma once
 
 #include "geometry/quadmesh.h"
 
@@ -62,5 +61,3 @@ void qw_quad_edit_remove(qw_quad_edit *e, uint32_t f);
  *        d                 d
  */
 uint32_t qw_quad_split_vertex(qw_quadmesh *m, const uint32_t *fan, uint32_t n, uint32_t cut, uint32_t part);
-
-#endif

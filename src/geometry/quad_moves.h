@@ -5,8 +5,7 @@
  *
  * A move is legal where it leaves a simple surface with its curves; whether it is wanted is for the caller to say.
  */
-#ifndef QW_GEOMETRY_QUAD_MOVES_H
-#define QW_GEOMETRY_QUAD_MOVES_H
+#pragma once
 
 #include "geometry/quad_edit.h"
 
@@ -35,5 +34,3 @@ uint32_t qw_changed_by_move(const qw_quadmesh *m, qw_quad_move move, uint32_t ch
 
 /* All moves that change the edges at v, some of them twice; returns how many. */
 uint32_t qw_quad_moves_at(const qw_quad_edit *e, uint32_t v, qw_quad_move list[QW_MOVES_AT]);
-
-#endif

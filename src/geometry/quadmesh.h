@@ -1,6 +1,5 @@
 /* Quad meshes as they leave extraction. Half-edge h = 4 f + i goes from corner[h] to corner[4 f + (i + 1) % 4]. */
-#ifndef QW_GEOMETRY_QUADMESH_H
-#define QW_GEOMETRY_QUADMESH_H
+#pragma once
 
 #include "base/env.h"
 #include "geometry/trimesh.h"
@@ -87,5 +86,3 @@ int64_t qw_quadmesh_double_edges(qw_env *env, const qw_quadmesh *mesh, uint8_t *
 /* Of unit length, or 0. */
 qw_vec3 qw_quad_normal(const qw_quadmesh *mesh, uint32_t f);
 qw_vec3 *qw_quadmesh_vertex_normals(qw_env *env, const qw_quadmesh *mesh);
-
-#endif

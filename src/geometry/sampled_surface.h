@@ -1,6 +1,5 @@
 /* A polygon mesh as triangles, for figures that are found by sampling. */
-#ifndef QW_GEOMETRY_SAMPLED_SURFACE_H
-#define QW_GEOMETRY_SAMPLED_SURFACE_H
+#pragma once
 
 #include "base/hash.h"
 #include "geometry/bvh.h"
@@ -37,5 +36,3 @@ static inline double qw_hashed(uint32_t i, uint32_t k)
 {
     return (double)(qw_mix((uint64_t)k << 32 | i) >> 11) * 0x1p-53;
 }
-
-#endif

@@ -5,8 +5,7 @@
  * of a thin wall, as it never leaves the sheet it started on. It ends in a local minimum of the distance, which is what
  * is wanted of a vertex that slides a fraction of an edge.
  */
-#ifndef QW_GEOMETRY_SLIDE_H
-#define QW_GEOMETRY_SLIDE_H
+#pragma once
 
 #include "geometry/trimesh.h"
 
@@ -29,5 +28,3 @@ qw_surface_point qw_slide_from_corner(const qw_trimesh *mesh, const uint32_t *ou
 
 /* Squared distance of p from the triangle. */
 float qw_triangle_distance2(qw_vec3 a, qw_vec3 b, qw_vec3 c, qw_vec3 p);
-
-#endif

@@ -70,7 +70,8 @@ static bool step_once(const qw_step_search *s, uint32_t v, double length, const 
     return found;
 }
 
-bool qw_search_vertex(const qw_step_search *s, uint32_t v)
+/* Moves v to the best spot, and it sleeps. Returns whether that costs less. */
+static bool search_vertex(const qw_step_search *s, uint32_t v)
 {
     assert(s->lengths > 0 && (s->position != NULL) != (s->place != NULL));
     qw_spot here = {.on = QW_NONE};
@@ -86,7 +87,7 @@ bool qw_search_vertex(const qw_step_search *s, uint32_t v)
     return found;
 }
 
-void qw_wake_around(const qw_step_search *s, uint32_t v)
+static void wake_around(const qw_step_search *s, uint32_t v)
 {
     for (uint32_t i = s->begin[v]; i < s->begin[v + 1]; i++)
         for (uint32_t k = 0; k < 4; k++) s->awake[s->corner[(s->around[i] & ~3u) + k]] = 1;
@@ -97,8 +98,8 @@ bool qw_search_all(const qw_step_search *s, const uint32_t *vertex, uint32_t cou
     bool any = false;
     for (uint32_t i = 0; i < count; i++) {
         uint32_t v = vertex ? vertex[i] : i;
-        if (!s->awake[v] || !qw_search_vertex(s, v)) continue;
-        qw_wake_around(s, v), any = true;
+        if (!s->awake[v] || !search_vertex(s, v)) continue;
+        wake_around(s, v), any = true;
     }
     return any;
 }

@@ -1,7 +1,6 @@
 /* A vertex tries steps to all sides, each put back onto whatever the vertex lies on, and takes the one after which the
  * quads around it cost least. What a quad costs, where a step leads and how long it is are the caller's. */
-#ifndef QW_GEOMETRY_STEP_SEARCH_H
-#define QW_GEOMETRY_STEP_SEARCH_H
+#pragma once
 
 #include "geometry/quadmesh.h"
 
@@ -35,13 +34,6 @@ void qw_corners_at_vertices(qw_env *env, const qw_quadmesh *quads, uint32_t **be
 /* Marks (1) the vertices that are so many edges from marked ones, too: uint8_t[quads->vertex_count], 0 or 1. */
 void qw_grow_marks(const qw_quadmesh *quads, int rings, uint8_t *marks);
 
-/* Moves v to the best spot, and it sleeps. Returns whether that costs less. Vertices without a quad in common may be
-   searched side by side. */
-bool qw_search_vertex(const qw_step_search *search, uint32_t v);
-void qw_wake_around(const qw_step_search *search, uint32_t v);
-
 /* Searches those of the vertices that are awake one after the other, and wakes what is around each that has moved.
    vertex: uint32_t[count]; NULL: 0 to count. Returns whether any has. */
 bool qw_search_all(const qw_step_search *search, const uint32_t *vertex, uint32_t count);
-
-#endif

@@ -7,8 +7,7 @@
  * anything: whether an operation is wanted is the caller's business (remesh/working/working.c); whether it is a legal
  * one can be asked of the two `can` functions.
  */
-#ifndef QW_GEOMETRY_TRI_EDIT_H
-#define QW_GEOMETRY_TRI_EDIT_H
+#pragma once
 
 #include "geometry/trimesh.h"
 
@@ -92,5 +91,3 @@ qw_trimesh qw_edit_close(qw_edit *e, float **target);
 /* The mesh as it is, where nothing was collapsed: old vertices and faces keep their numbers. Its arrays are kept for
    the scope outside the current one. point: uint8_t[points] of the first vertices; may be NULL. */
 qw_trimesh qw_edit_plain(const qw_edit *e, const uint8_t *point, uint32_t points);
-
-#endif

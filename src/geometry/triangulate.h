@@ -1,6 +1,5 @@
 /* Polygons -> triangles that name the same vertices. */
-#ifndef QW_GEOMETRY_TRIANGULATE_H
-#define QW_GEOMETRY_TRIANGULATE_H
+#pragma once
 
 #include "base/env.h"
 #include "geometry/clean_input.h"
@@ -14,5 +13,3 @@ typedef struct qw_triangles {
 /* A polygon of n corners gives n - 2 triangles, in the polygon's order and orientation. Faces with fewer than three
    corners give none. Fails with QW_TOO_LARGE where half-edges would no longer be addressed by 32 bits. */
 qw_triangles qw_triangulate(qw_env *env, const qw_clean_input *input);
-
-#endif

@@ -9,14 +9,13 @@
  *               /  f   \          half-edge 3f+2 : corner[3f+2] -> corner[3f]
  *   corner[3f] ----3f---- corner[3f+1]
  */
-#ifndef QW_GEOMETRY_TRIMESH_H
-#define QW_GEOMETRY_TRIMESH_H
+#pragma once
 
 #include "base/env.h"
 #include "base/vec.h"
 
 /* Bits of `mark`, one byte a half-edge; the two half-edges of an edge carry the same bits. */
-enum {
+enum qw_mark_flag {
     QW_MARK_FEATURE = 1,
     QW_MARK_RING = 2, /* beside QW_MARK_FEATURE: of the curve of a nest (remesh/sizes/nests.h), which has no corners */
     QW_MARKS = QW_MARK_FEATURE | QW_MARK_RING
@@ -129,5 +128,3 @@ double qw_trimesh_area(const qw_trimesh *mesh);
 /* Unit normals weighted by area: qw_vec3[face_count], qw_vec3[vertex_count]. Zero-area faces have normal 0. */
 qw_vec3 *qw_face_normals(qw_env *env, const qw_trimesh *mesh);
 qw_vec3 *qw_vertex_normals(qw_env *env, const qw_trimesh *mesh);
-
-#endif

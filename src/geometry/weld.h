@@ -1,7 +1,6 @@
 /* Joining of vertices: renames corners to the lowest vertex of each group and returns how many vertices were renamed.
  */
-#ifndef QW_GEOMETRY_WELD_H
-#define QW_GEOMETRY_WELD_H
+#pragma once
 
 #include "geometry/edges.h"
 
@@ -15,5 +14,3 @@ uint32_t qw_weld_equal(qw_env *env, const double *position, uint32_t vertex_coun
    are. */
 uint32_t qw_weld_near(qw_env *env, const double *position, uint32_t vertex_count, double tolerance, const uint8_t *only,
                       const qw_edges *edges, uint32_t *corner, uint32_t face_count);
-
-#endif

@@ -1,6 +1,5 @@
 /* Maps as materials of files: for each tile one of each way that alpha is shown. */
-#ifndef QW_IO_ASSET_FILE_H
-#define QW_IO_ASSET_FILE_H
+#pragma once
 
 #include "io/gltf/gltf.h"
 #include "io/pictures/picture.h"
@@ -36,5 +35,3 @@ qw_gltf_rest *qw_gltf_of_looks(qw_env *env, const qw_asset_look *const *look, ui
    tiles. Returns the name of the MTL without its folder; *names: char *[tiles * alphas], of the materials. In the
    caller's scope. */
 const char *qw_write_mtl(qw_env *env, const char *obj_path, const qw_asset_look *look, const char ***names);
-
-#endif

@@ -1,6 +1,5 @@
 /* A soup in the making: what the readers of all formats share. */
-#ifndef QW_IO_BUILD_H
-#define QW_IO_BUILD_H
+#pragma once
 
 #include "base/hash.h"
 #include "io/soup.h"
@@ -73,5 +72,3 @@ int32_t qw_name_number(qw_env *env, qw_names *names, const char *at, size_t size
 const char *const *qw_finish_names(qw_env *env, qw_names *names);
 
 static inline bool qw_is_finite3(const double p[3]) { return p[0] - p[0] + (p[1] - p[1]) + (p[2] - p[2]) == 0; }
-
-#endif

@@ -1,7 +1,6 @@
 /* Decimal digits, eight at a time in one word: without a loop there is nothing for the processor to guess wrong where a
  * number ends. */
-#ifndef QW_IO_DIGITS_H
-#define QW_IO_DIGITS_H
+#pragma once
 
 #include <stdint.h>
 #include <string.h>
@@ -32,5 +31,3 @@ static inline uint32_t qw_digits(const char *at, uint64_t *value)
              32;
     return count;
 }
-
-#endif

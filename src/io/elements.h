@@ -3,8 +3,7 @@
  * Labels of faces (materials, groups, objects) become element sets; boundary loops and feature curves line sets, in INP
  * node sets, in the order of the loop. Of quads that were split once each four can be written as one of second order.
  */
-#ifndef QW_IO_ELEMENTS_H
-#define QW_IO_ELEMENTS_H
+#pragma once
 
 #include "io/file.h"
 #include "io/soup.h"
@@ -14,5 +13,3 @@
    vertices the last of all. */
 void qw_put_elements(qw_env *env, qw_file *file, qw_format format, const qw_mesh_view *mesh,
                      const qw_attribute *attributes, uint32_t count, bool second_order);
-
-#endif

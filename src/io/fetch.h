@@ -1,6 +1,5 @@
 /* Binary numbers of either byte order, at any address. */
-#ifndef QW_IO_FETCH_H
-#define QW_IO_FETCH_H
+#pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -21,5 +20,3 @@ static inline double qw_fetch_float(const char *at, bool big)
     memcpy(&value, &bits, sizeof value);
     return value;
 }
-
-#endif

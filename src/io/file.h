@@ -7,8 +7,7 @@
  * A pipe or a terminal may not take or give anything for long. While it does not, the host is asked whether to go on
  * (qw_heartbeat_outside). Limits of the system (a full disk, a file-size limit, a closed pipe) fail with a
  * sentence; the signals SIGXFSZ and SIGPIPE that come with two of them never reach the host. */
-#ifndef QW_IO_FILE_H
-#define QW_IO_FILE_H
+#pragma once
 
 #include "base/env.h"
 
@@ -63,5 +62,3 @@ void qw_file_require_writable(qw_env *env, const char *path);
    the case of letters, as not all file systems tell those apart. Never for terminals and /dev/null, which keep nothing.
  */
 bool qw_file_is_same(qw_env *env, const char *path, const char *other);
-
-#endif

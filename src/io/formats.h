@@ -1,6 +1,5 @@
 /* The readers and writers of the single formats. Readers fail, or return a soup in the caller's scope. */
-#ifndef QW_IO_FORMATS_H
-#define QW_IO_FORMATS_H
+#pragma once
 
 #include "io/file.h"
 #include "io/soup.h"
@@ -31,5 +30,3 @@ void qw_put_stl(qw_env *env, qw_file *file, const qw_mesh_view *mesh);
 /* OBJ, PLY or OFF with attributes of the mesh: write_attributes.c. In the caller's scope. */
 void qw_put_with(qw_env *env, qw_file *file, qw_format format, const qw_mesh_view *mesh, const qw_attribute *attributes,
                  uint32_t count, const char *library);
-
-#endif

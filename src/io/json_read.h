@@ -1,8 +1,7 @@
 /* JSON as a flat list of tokens over its text: nothing is copied, numbers stay as they were written, and no depth of
  * nesting costs stack. The text is that of files, and may be hostile: what is not JSON fails with QW_FORMAT_SYNTAX and
  * a sentence that names the byte. */
-#ifndef QW_IO_JSON_READ_H
-#define QW_IO_JSON_READ_H
+#pragma once
 
 #include "base/env.h"
 
@@ -60,5 +59,3 @@ static inline uint32_t qw_json_end_of(const qw_json_doc *doc, uint32_t token)
 {
     return doc->token[token].end + (doc->token[token].kind == QW_JSON_STRING);
 }
-
-#endif

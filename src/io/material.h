@@ -1,6 +1,5 @@
 /* Materials of files, as far as maps are made of them: factors and textures of glTF 2.0's metallic-roughness model. */
-#ifndef QW_IO_MATERIAL_H
-#define QW_IO_MATERIAL_H
+#pragma once
 
 #include "io/gltf/gltf.h"
 #include "io/pictures/picture.h"
@@ -61,5 +60,3 @@ qw_material_list qw_gltf_materials(qw_env *env, const qw_gltf_rest *rest, const 
    plain, with a warning. */
 qw_material_list qw_mtl_materials(qw_env *env, const char *path, const char *library, const char *const *names,
                                   uint32_t count);
-
-#endif

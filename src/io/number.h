@@ -1,6 +1,5 @@
 /* Decimal numbers, free of the locale: reading is correctly rounded, printing reads back to the same double. */
-#ifndef QW_IO_NUMBER_H
-#define QW_IO_NUMBER_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -15,5 +14,3 @@ bool qw_number_read(const char **at, double *value);
 /* The shortest decimal that reads back to value, which is finite. (A power of two may get a digit more than it needs,
    and a subnormal number 15.) Not terminated; returns its length. */
 size_t qw_number_print(char out[QW_NUMBER_SIZE], double value);
-
-#endif

@@ -1,6 +1,5 @@
 /* What OBJ files hold beside positions and faces: vt, vn, colours behind the coordinates of vertices, and names. */
-#ifndef QW_IO_OBJ_ATTRIBUTES_H
-#define QW_IO_OBJ_ATTRIBUTES_H
+#pragma once
 
 #include "io/build.h"
 #include "io/text.h"
@@ -29,5 +28,3 @@ void qw_obj_take_corner(qw_obj_extras *x, uint32_t corner, const int64_t more[2]
 void qw_obj_take_library(qw_obj_extras *x, qw_word name);
 /* Hands all but the names over to the soup. is_counted_on: rows are not to be trusted. */
 void qw_obj_finish(qw_obj_extras *x, qw_soup *soup, bool is_counted_on);
-
-#endif

@@ -2,8 +2,7 @@
  *
  * Many files give the faces on either side of such an edge vertices of their own: programs that keep one set of
  * attributes a vertex can hold no other. There the two sides of an edge are told by their positions. */
-#ifndef QW_IO_OUTLINES_H
-#define QW_IO_OUTLINES_H
+#pragma once
 
 #include "base/env.h"
 
@@ -27,5 +26,3 @@ typedef bool qw_is_outline(const void *user, const qw_side *x, const qw_side *y)
  * NULL. In the caller's scope. */
 uint32_t *qw_find_borders(qw_env *env, const qw_outlines *of, const uint32_t *place, const uint8_t *only,
                           qw_is_outline *differ, const void *user, uint32_t *edges);
-
-#endif

@@ -1,7 +1,6 @@
 /* Bytes that grow at their end: text of JSON, or a buffer. In the scope of the environment in which it is first written
  * to. */
-#ifndef QW_IO_PEN_H
-#define QW_IO_PEN_H
+#pragma once
 
 #include "base/env.h"
 
@@ -23,5 +22,3 @@ void qw_pen_utf8(qw_pen *pen, const char *text, size_t size);
 /* The text so formatted, of at most 255 bytes. */
 void qw_pen_print(qw_pen *pen, const char *format, ...) __attribute__((format(printf, 2, 3)));
 void qw_pen_align(qw_pen *pen, size_t to, char with);
-
-#endif

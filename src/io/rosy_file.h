@@ -1,8 +1,7 @@
 /* Cross fields as text (.rosy), as other programs write them: the number of elements, the number of directions of each
  * (4), then x y z of one direction a line. What follows '#' is a comment; one that reads "# per face" or "# per vertex"
  * says what the elements are, and is written at the end, where readers that know no comments have stopped. */
-#ifndef QW_IO_ROSY_FILE_H
-#define QW_IO_ROSY_FILE_H
+#pragma once
 
 #include "base/env.h"
 
@@ -16,5 +15,3 @@ typedef struct qw_rosy {
 qw_rosy qw_read_rosy(qw_env *env, const char *path);
 /* "-" is standard output. domain: QW_PER_VERTEX or QW_PER_FACE. */
 void qw_write_rosy(qw_env *env, const char *path, qw_domain domain, const float *direction, uint32_t count);
-
-#endif

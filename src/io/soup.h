@@ -1,6 +1,5 @@
 /* Polygons as read from a file: nothing is known of them but that indices are in range and coordinates finite. */
-#ifndef QW_IO_SOUP_H
-#define QW_IO_SOUP_H
+#pragma once
 
 #include "base/env.h"
 
@@ -59,5 +58,3 @@ uint32_t *qw_order_faces(qw_env *env, uint32_t face_count, const qw_attribute *a
    there is none. In the caller's scope. */
 uint32_t *qw_find_attribute_borders(qw_env *env, const qw_mesh_view *mesh, const qw_attribute *const *attributes,
                                     uint32_t count, uint32_t *edges);
-
-#endif

@@ -1,6 +1,5 @@
 /* Bicubic patches joined into shells, as STEP text (AP214, ISO 10303-21). */
-#ifndef QW_IO_STEP_H
-#define QW_IO_STEP_H
+#pragma once
 
 #include "io/file.h"
 
@@ -53,5 +52,3 @@ typedef struct qw_patches {
 
 /* Closed shells are solids, with the cavities in them, others surface models. */
 void qw_put_step(qw_env *env, qw_file *file, const qw_patches *patches);
-
-#endif

@@ -1,7 +1,6 @@
 /* A cursor over text in lines: words and numbers within a line, blanks skipped, and failures that name path and line.
    Zeros follow the text, so that no loop needs to look for the end. */
-#ifndef QW_IO_TEXT_H
-#define QW_IO_TEXT_H
+#pragma once
 
 #include "base/env.h"
 
@@ -77,5 +76,3 @@ typedef struct qw_quote {
     char text[QW_QUOTE_SIZE];
 } qw_quote;
 qw_quote qw_quote_word(qw_word word);
-
-#endif

@@ -1,7 +1,6 @@
 /* Regular offsets as the paper makes them (Section 3.3, Table 4): on the surface's own triangles, for the -mr kinds by
  * way of ever coarser complexes. */
-#ifndef QW_PAPER_MULTIRESOLUTION_H
-#define QW_PAPER_MULTIRESOLUTION_H
+#pragma once
 
 #include "remesh/quantise/regular.h"
 
@@ -20,5 +19,3 @@ void qw_complex_expand(const qw_complex *coarse, const qw_collapse *map, qw_comp
 
 /* Changes m->d (and m->fixed where components are released). */
 qw_regular_counts qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_choice kind, qw_cost_kind cost);
-
-#endif

@@ -1,8 +1,7 @@
 /* What each stage must leave behind, checked where one stage hands over to the next: builds for debugging and with
    sanitizers do so after every stage. What is promised of the result itself is checked in every build
    (remesh/quads/topology.h). */
-#ifndef QW_RUN_BORDER_CHECKS_H
-#define QW_RUN_BORDER_CHECKS_H
+#pragma once
 
 #include "whole/state.h"
 
@@ -12,5 +11,3 @@
 
 /* Fails with QW_INTERNAL, naming the first element that is wrong. */
 void qw_check_border(qw_run_state *run, qw_stage finished);
-
-#endif

@@ -78,7 +78,6 @@ static void begin_history(qw_context_state *c)
     c->run.plan = c->history.attempt[0].plan;
     c->report.attempts = 0;
     for (uint32_t slot = 0; slot < QW_ASIDE_SLOTS; slot++) drop_candidate(c, slot);
-    qw_rounds_drop(&c->rounds);
 }
 
 /* Forgets all of an earlier run, and begins with the input that was given. */
@@ -248,18 +247,11 @@ static void take_candidate(qw_context_state *c, uint32_t slot)
 
 /* Takes the attempt that was chosen at this stage in the place of the current one, and drops those that can't be
  * chosen any more. */
-static void go_on_with(qw_context_state *c, qw_stage stage, uint32_t attempt, const qw_judgement *j)
+static void go_on_with(qw_context_state *c, qw_stage stage, uint32_t attempt)
 {
     for (uint32_t slot = 0; slot < QW_ASIDE_SLOTS && c->history.current != attempt; slot++)
         if (c->candidate[slot].attempt == attempt) take_candidate(c, slot);
     assert(c->history.current == attempt);
-    if (stage == QW_STAGE_RELAX) {
-        if (j->verdict.is_composed) {
-            c->report.count_rounds = (int64_t)j->composed.face_count - c->run.relaxed.face_count;
-            c->run.relaxed = j->composed, c->run.flipped = j->composed_flipped, c->run.relaxed_covers = 0;
-        }
-        qw_rounds_drop(&c->rounds);
-    }
     for (uint32_t slot = 0; slot < QW_ASIDE_SLOTS; slot++)
         if (is_left(slot, stage)) drop_candidate(c, slot);
 }
@@ -316,8 +308,7 @@ static void switch_retry(qw_context_state *c, qw_step *step)
         return;
     }
     step->cause = QW_NO_RETRY;
-    const qw_attempt *current = &c->history.attempt[c->history.current];
-    if (step->best == QW_NO_ATTEMPT || current->verdict.is_composed) step->best = c->history.current;
+    if (step->best == QW_NO_ATTEMPT) step->best = c->history.current;
 }
 
 /* Writes down the verdict, asks what follows, and does that. */
@@ -337,7 +328,7 @@ static void decide(qw_context_state *c, qw_stage stage, const qw_judgement *j)
                                       (uint32_t)c->run.core.census.components};
     qw_step step = qw_next_step(&c->history, stage);
     switch_retry(c, &step);
-    if (step.cause == QW_NO_RETRY) count_kept(c, stage, step.best), go_on_with(c, stage, step.best, j);
+    if (step.cause == QW_NO_RETRY) count_kept(c, stage, step.best), go_on_with(c, stage, step.best);
     else go_back(c, &step, j);
 }
 
@@ -379,10 +370,9 @@ static void call_stage(void *user)
     qw_enter_stage(c->env, call->stage);
     call->function(&c->run);
     if (QW_CHECKS_BORDERS) qw_check_border(&c->run, call->stage);
-    if (call->stage == QW_STAGE_SURFACE) c->rounds = qw_rounds_begin(c->env);
     if (call->stage + 1 == QW_STAGE_COUNT) describe_result(&c->run);
     call->judgement.verdict = c->history.attempt[c->history.current].verdict;
-    qw_judge(&c->run, call->stage, &c->rounds, &call->judgement);
+    qw_judge(&c->run, call->stage, &call->judgement);
     qw_progress(c->env, 1.0);
 }
 
@@ -434,7 +424,7 @@ qw_status qw_run_judged_stage(qw_context_state *c, qw_stage_function function)
    are discarded, and the core if it is not that of the first plan. */
 static void forget_candidates(qw_context_state *c)
 {
-    bool is_between = c->rounds.count > 0;
+    bool is_between = false;
     for (uint32_t slot = 0; slot < QW_ASIDE_SLOTS; slot++) is_between |= c->candidate[slot].attempt != QW_NO_ATTEMPT;
     if (!is_between) return;
     qw_stage back = qw_history_went_to(&c->history);

@@ -4,10 +4,8 @@
  * the memory that it lies in, so that the run can go on with it as if no other had followed. There is at most one for
  * each loop: for the retries that go back to REGULAR, to SCALE and to WORKING.
  */
-#ifndef QW_RUN_DRIVER_H
-#define QW_RUN_DRIVER_H
+#pragma once
 
-#include "remesh/quads/rounds.h"
 #include "run/retry.h"
 #include "whole/state.h"
 
@@ -40,7 +38,6 @@ typedef struct qw_context_state {
     qw_history history;
     qw_refinement refinement[QW_MAX_REFINEMENTS]; /* those of all rounds, in order */
     qw_attempt_result candidate[QW_ASIDE_SLOTS];  /* the memory of each is in the slot of its number */
-    qw_rounds rounds; /* what the rounds gave of each component; its arrays are in the scope of SURFACE */
 } qw_context_state;
 
 /* What remesh.c is made of: runs the next stage with its report, and for one that retries are judged after decides
@@ -66,5 +63,3 @@ void qw_replace_density(qw_context_state *c, const qw_density *density);
 /* Forgets all that was made of the mesh, and steers by this from now on: arrays that are not those of before are blocks
    of the innermost scope. */
 void qw_replace_steering(qw_context_state *c, const qw_steering *steering);
-
-#endif

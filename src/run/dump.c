@@ -377,7 +377,6 @@ static void read_stage(void *user)
         qw_enter_stage(d->env, QW_STAGE_HIERARCHY);
         qw_stage_HIERARCHY(&d->c->run);
     }
-    if (d->part == PART_SURFACE) d->c->rounds = qw_rounds_begin(d->env);
     walk(d, d->part);
     validate(d);
     if (d->part == PART_SURFACE) qw_build_tree(&d->c->run);

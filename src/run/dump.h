@@ -8,8 +8,7 @@
  * members share is written once. Nothing that is read is believed: names, sizes, counts and sums must agree, indices
  * hold, numbers be finite.
  */
-#ifndef QW_RUN_DUMP_H
-#define QW_RUN_DUMP_H
+#pragma once
 
 #include "run/driver.h"
 
@@ -31,5 +30,3 @@ qw_status qw_state_write(qw_context_state *c, const char *path);
 /* Into a state without a mesh; a failure leaves it so. Fails with QW_FILE_ as reading does, QW_FORMAT_UNKNOWN,
    QW_FORMAT_TRUNCATED or QW_FORMAT_SYNTAX. */
 qw_status qw_state_read(qw_context_state *c, const char *path);
-
-#endif

@@ -1,7 +1,6 @@
 /* What a dump says, part by part, against what the stages leave: each structure by its own validator, and what follows
    from earlier parts by making it again. */
-#ifndef QW_RUN_DUMP_VALIDATE_H
-#define QW_RUN_DUMP_VALIDATE_H
+#pragma once
 
 #include "run/driver.h"
 
@@ -9,5 +8,3 @@
    are in range and numbers finite. Fails with QW_INTERNAL and a sentence. Sets what a dump leaves out: the censuses,
    and the sizes of the core. */
 void qw_state_validate(qw_context_state *c, int part, uint32_t finished);
-
-#endif

@@ -54,12 +54,7 @@ static void judge_topology(const qw_run_state *run, qw_judgement *j)
 
 static void judge_count(const qw_run_state *run, qw_verdict *v)
 {
-    const qw_offset_mesh *m = &run->inversion_free;
     v->faces = run->simplified.face_count + qw_surplus_of_core(run, &run->simplified);
-    v->integer_faces = (double)qw_offset_count(m).double_area / 2;
-    v->has_corner_cones = 0;
-    for (uint32_t i = 0; i < m->vertex_count && !v->has_corner_cones; i++)
-        v->has_corner_cones = m->constraint[i] == QW_VERTEX_CORNER && m->index[i] != 0;
 }
 
 /* ---- after RELAX */
@@ -87,22 +82,6 @@ static qw_sites list_flipped(const qw_run_state *run, const qw_quadmesh *q, cons
     return l;
 }
 
-/* Adds the quads to those of earlier rounds. Returns whether a result was composed of the best components of all
-   rounds. */
-static bool compose(const qw_run_state *run, qw_rounds *rounds, qw_judgement *j)
-{
-    double quads = run->relaxed.face_count;
-    qw_round round = {&run->surface,
-                      &run->working.mesh,
-                      &run->relaxed,
-                      run->flipped,
-                      run->rho,
-                      qw_uncovered_distance(run),
-                      fmin(quads, (double)qw_least_faces(qw_faces_with_reserve(run), 1, qw_times_used(run))),
-                      fmax(quads, (double)qw_most_faces(qw_faces_with_reserve(run), 1, qw_times_used(run)))};
-    return qw_rounds_add(run->env, rounds, &round, &j->composed, &j->composed_flipped);
-}
-
 /* Quads of a protrusion that is lost: a ring and a half around it. With one, six lost horns weigh less than long quads.
  */
 static const double RINGS = 6;
@@ -118,27 +97,20 @@ static double count_misshapen(const qw_run_state *run, const qw_quadmesh *quads)
     return sizes.long_share * quads->face_count + RINGS * qw_count_lost_parts(run, quads);
 }
 
-/* What is uncovered or flipped after RELAX, of the best components of all rounds where they can be composed; and
- * where that is. */
-static void judge_coverage(const qw_run_state *run, qw_rounds *rounds, qw_judgement *j)
+/* What is uncovered or flipped after RELAX, and where that is. */
+static void judge_coverage(const qw_run_state *run, qw_judgement *j)
 {
     qw_verdict *v = &j->verdict;
-    v->is_composed = run->options.relax && qw_uses(run->env, QW_MECH_ROUNDS_COMPOSED) && compose(run, rounds, j);
-    qw_did(run->env, QW_MECH_ROUNDS_COMPOSED, v->is_composed);
-    const qw_quadmesh *quads = v->is_composed ? &j->composed : &run->relaxed;
-    const uint8_t *flipped = v->is_composed ? j->composed_flipped : run->flipped;
+    const qw_quadmesh *quads = &run->relaxed;
     qw_sites places = {0};
-    if (v->is_composed || !run->relaxed_covers) places = qw_find_uncovered(run, quads);
+    if (!run->relaxed_covers) places = qw_find_uncovered(run, quads);
     v->working_vertices = run->working.mesh.vertex_count;
     v->protrusions = run->grown;
     v->lacking = run->lacking > 0 && qw_uses(run->env, QW_MECH_RETRY_PROTRUSIONS) ? run->lacking : 0;
     v->misshapen = v->lacking > 0 || run->plan.reserve > 0 ? count_misshapen(run, quads) : 0;
     v->uncovered = qw_in_quads(run, places.area);
-    v->flipped = qw_count_flipped(quads, flipped);
-    if (places.count == 0) places = list_flipped(run, quads, flipped);
-    else if (v->is_composed)
-        places = qw_rounds_uncovered(run->env, rounds, &run->working.mesh, run->size, quads,
-                                     qw_uncovered_distance(run));
+    v->flipped = qw_count_flipped(quads, run->flipped);
+    if (places.count == 0) places = list_flipped(run, quads, run->flipped);
     set_places(run, j, places);
     qw_log(run->env, QW_LOG_DEBUG, "%.2f quads uncovered, %g flipped", v->uncovered, v->flipped);
 }
@@ -156,11 +128,11 @@ static void judge_sides(const qw_run_state *run, qw_verdict *v)
 /* Without repair nothing is judged after REPAIR and RELAX, and what the attempt was like with it counts no more. */
 static void forget_repair(qw_verdict *v)
 {
-    v->topology_lost = v->is_composed = v->protrusions = v->places = 0;
+    v->topology_lost = v->protrusions = v->places = 0;
     v->uncovered = v->flipped = v->lacking = v->misshapen = 0;
 }
 
-void qw_judge(const qw_run_state *run, qw_stage finished, qw_rounds *rounds, qw_judgement *j)
+void qw_judge(const qw_run_state *run, qw_stage finished, qw_judgement *j)
 {
     if (!run->options.repair && finished >= QW_STAGE_REPAIR) forget_repair(&j->verdict);
     switch (finished) {
@@ -174,7 +146,7 @@ void qw_judge(const qw_run_state *run, qw_stage finished, qw_rounds *rounds, qw_
         break;
     case QW_STAGE_SIMPLIFY: judge_count(run, &j->verdict); break;
     case QW_STAGE_RELAX:
-        if (run->options.repair) judge_coverage(run, rounds, j);
+        if (run->options.repair) judge_coverage(run, j);
         break;
     case QW_STAGE_ASSEMBLE: judge_sides(run, &j->verdict); break;
     default: break;

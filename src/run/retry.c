@@ -14,8 +14,7 @@ const qw_retry_row qw_retry_rows[QW_RETRIES] = {
 #undef QW_RETRY
 };
 
-static const qw_plan FIRST_PLAN = {
-    .size_factor = 1, .strategy = QW_STRATEGY_USUAL, .effort = QW_EFFORT_SMALL, .cones = QW_CONES_AT_CORNERS};
+static const qw_plan FIRST_PLAN = {.size_factor = 1, .strategy = QW_STRATEGY_USUAL, .effort = QW_EFFORT_SMALL};
 
 void qw_history_begin(qw_history *h)
 {
@@ -181,15 +180,6 @@ static uint32_t nearest_count(const qw_history *h, uint32_t first)
     return best;
 }
 
-/* The first attempt whose size factor the next one may be derived from: since cones may lie beside corners, or since
-   the round began. */
-static uint32_t sizes_begin(const qw_history *h, uint32_t round)
-{
-    uint32_t begin = h->count - 1;
-    while (begin > round && h->attempt[begin].cause != QW_RETRY_CORNER_CONES) begin--;
-    return begin;
-}
-
 static bool may_resize(const qw_history *h, uint32_t first)
 {
     const qw_verdict *v = &current(h)->verdict;
@@ -198,17 +188,6 @@ static bool may_resize(const qw_history *h, uint32_t first)
                     : repairs_decide                                           ? QW_SIZE_RETRIES_REBUILT
                                      : qw_retry_rows[QW_RETRY_FACE_COUNT].most;
     return uses_since(h, QW_RETRY_FACE_COUNT, first) < most;
-}
-
-/* A box with cones at its corners can have few different counts only. Where the integers themselves miss the count,
-   and not only the repaired quads, cones may lie beside the corners. */
-static bool may_move_cones(const qw_history *h, uint32_t round)
-{
-    const qw_verdict *v = &current(h)->verdict;
-    double wanted = h->request.faces_wanted, added = fabs(v->faces / fmax(v->integer_faces, 1) - 1);
-    return h->request.is_closed && v->has_corner_cones && current(h)->plan.cones == QW_CONES_AT_CORNERS &&
-           !qw_is_near_count(wanted, v->integer_faces, h->request.times_used) &&
-           added <= qw_count_tolerance(wanted, h->request.times_used) / 2 && has_use(h, QW_RETRY_CORNER_CONES, round);
 }
 
 static qw_step with_other_size(const qw_history *h, uint32_t best)
@@ -220,24 +199,17 @@ static qw_step with_other_size(const qw_history *h, uint32_t best)
     return step;
 }
 
-/* After SIMPLIFY: other sizes as long as the count converges, then cones beside corners, else on with the nearest
- * count. */
+/* After SIMPLIFY: other sizes as long as the count converges, else on with the nearest count. */
 static qw_step after_simplify(const qw_history *h)
 {
     assert(h->current < h->count);
     const qw_verdict *v = &current(h)->verdict;
-    uint32_t round = round_begin(h), sizes = sizes_begin(h, round), best = nearest_count(h, round);
+    uint32_t round = round_begin(h), best = nearest_count(h, round);
     if (qw_is_near_count(qw_faces_aimed_at(&h->request), v->faces, h->request.times_used) || v->faces < 1)
         return go_on(h->current);
-    qw_step step = go_on(best);
-    bool converges = nearest_count(h, sizes) == h->current;
-    if (converges && may_resize(h, sizes)) {
-        step = with_other_size(h, best);
-    } else if (!converges && may_move_cones(h, round)) {
-        step = (qw_step){QW_RETRY_CORNER_CONES, best, current(h)->plan};
-        step.plan.size_factor = 1, step.plan.cones = QW_CONES_BESIDE_CORNERS;
-    }
-    if (step.cause != QW_NO_RETRY && uses_since(h, QW_RETRY_INVERTED, round) > 0) step.plan.effort = QW_EFFORT_FULL;
+    if (best != h->current || !may_resize(h, round)) return go_on(best);
+    qw_step step = with_other_size(h, best);
+    if (uses_since(h, QW_RETRY_INVERTED, round) > 0) step.plan.effort = QW_EFFORT_FULL;
     return step;
 }
 
@@ -327,7 +299,7 @@ static qw_step after_relax(const qw_history *h)
     bool accepted = v->places == 0 || (v->protrusions > 0 && faults(h, h->current) < QW_ACCEPTED_TIP) ||
                     (is_large(h) && used > 0 && faults(h, h->current) < QW_ACCEPTED_LARGE) ||
                     (has_many_parts(h) && v->uncovered < QW_ACCEPTED_LARGE) || round_is_hopeless(h);
-    if (accepted || used >= coverage_retries(h) || !may_go_back(h)) return go_on(v->is_composed ? h->current : best);
+    if (accepted || used >= coverage_retries(h) || !may_go_back(h)) return go_on(best);
     return refine(h, QW_RETRY_COVERAGE, best);
 }
 
@@ -403,14 +375,13 @@ static const char *attempt_fault(const qw_history *h, uint32_t i, double largest
     const qw_verdict *v = &a->verdict;
     if (i == 0 && a->cause != QW_NO_RETRY) return "the first attempt was begun for a cause";
     if (!(p->size_factor >= 1 / largest_factor && p->size_factor <= largest_factor) || p->strategy >= QW_STRATEGIES ||
-        p->effort >= QW_EFFORTS || p->cones >= QW_CORNER_CONES || p->refinements > QW_MAX_REFINEMENTS ||
+        p->effort >= QW_EFFORTS || p->refinements > QW_MAX_REFINEMENTS ||
         p->plane > qw_retry_rows[QW_RETRY_PLANE].most || p->keeps_teeth > 1 ||
         p->room > qw_retry_rows[QW_RETRY_NO_ROOM].most || !is_number(p->core_faces) || !is_number(p->reserve) ||
         (i > 0 && p->refinements < a[-1].plan.refinements))
         return "an attempt has a plan that none can have";
-    if (a->judged > QW_STAGE_COUNT || !is_number(v->faces) || !is_number(v->integer_faces) ||
-        !is_number(v->uncovered) || !is_number(v->flipped) || !is_number(v->lacking) || !is_number(v->misshapen) ||
-        v->inverted < 0)
+    if (a->judged > QW_STAGE_COUNT || !is_number(v->faces) || !is_number(v->uncovered) || !is_number(v->flipped) ||
+        !is_number(v->lacking) || !is_number(v->misshapen) || v->inverted < 0)
         return "an attempt was judged as none can be";
     return NULL;
 }
@@ -438,7 +409,6 @@ const char *qw_history_fault(const qw_history *h, uint32_t finished)
         const qw_retry_row *row = &qw_retry_rows[a->cause];
         for (int k = 0; k < QW_RETRIES; k++)
             if (qw_retry_rows[k].back > row->back) uses[k] = 0;
-        if (a->cause == QW_RETRY_CORNER_CONES) uses[QW_RETRY_FACE_COUNT] = 0;
         if (++uses[a->cause] > row->most) return "a cause has led to more attempts than it may";
         bool is_open = row->back == QW_STAGE_WORKING ? a->cause != QW_RETRY_TOPOLOGY : i > round;
         if (is_open && finished <= (uint32_t)loop_end(row->back))

@@ -5,8 +5,7 @@
  * can be seen there, and asks qw_next_step: either the run goes on, with this attempt or with an earlier one that was
  * kept, or it goes back with another plan, which begins the next attempt.
  */
-#ifndef QW_RUN_RETRY_H
-#define QW_RUN_RETRY_H
+#pragma once
 
 #include "whole/plan.h"
 
@@ -39,11 +38,8 @@ typedef struct qw_verdict {
     /* after REPAIR */
     uint32_t topology_lost; /* flag: the quads of a component do not have its topology */
     /* after SIMPLIFY */
-    double faces, integer_faces; /* quads, and what the integers alone would have given */
-    uint32_t has_corner_cones;   /* flag: cones lie at corners of feature curves */
+    double faces; /* quads */
     /* after RELAX */
-    /* flag: the verdict is of the result composed of all attempts so far, component by component */
-    uint32_t is_composed;
     double uncovered;     /* area that the quads leave uncovered, in quads */
     double flipped;       /* quads: 1 that may be flipped, 2 one that certainly is */
     double lacking;       /* quads that protrusions needed and had no room for, until it was made; 0: none */
@@ -83,10 +79,10 @@ typedef struct qw_request {
     uint32_t components;
 } qw_request;
 
-/* Seven rounds (one for the topology, one for protrusions, four for the coverage) of eleven attempts (one for inverted
-   triangles, two times four for the count, one for the cones) are 77. A retry after the last stage begins the history
+/* Seven rounds (one for the topology, one for protrusions, four for the coverage) of six attempts (one for inverted
+   triangles, four for the count) are 42. A retry after the last stage begins the history
    anew. */
-enum { QW_MAX_ATTEMPTS = 77, QW_NO_ATTEMPT = 0xffff };
+enum { QW_MAX_ATTEMPTS = 42, QW_NO_ATTEMPT = 0xffff };
 typedef struct qw_history {
     qw_request request;
     uint32_t count, current; /* current: the attempt that the run goes on with */
@@ -128,5 +124,3 @@ static inline double qw_faces_aimed_at(const qw_request *r)
 {
     return qw_is_too_few(r) ? r->faces_needed : r->faces_wanted;
 }
-
-#endif

@@ -4,8 +4,7 @@
  *
  * Vectors and sums are double; sums run over fixed blocks in order, so the number of threads changes no bit of x.
  */
-#ifndef QW_SOLVE_CG_H
-#define QW_SOLVE_CG_H
+#pragma once
 
 #include "base/env.h"
 
@@ -27,5 +26,3 @@ typedef void (*qw_apply)(void *user, qw_env *env, const double *x, double *y);
    rounding lets the residual fall no further. */
 qw_cg_result qw_cg_solve(qw_env *env, uint32_t n, qw_apply apply, void *user, const double *diagonal, const double *b,
                          double *x, double tolerance, uint32_t max_iterations);
-
-#endif

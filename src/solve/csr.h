@@ -1,5 +1,4 @@
-#ifndef QW_SOLVE_CSR_H
-#define QW_SOLVE_CSR_H
+#pragma once
 
 #include "base/env.h"
 
@@ -12,5 +11,3 @@ typedef struct qw_csr {
     const float *value;     /* float[first[row_count]] */
     const double *diagonal; /* double[row_count], >= 0 */
 } qw_csr;
-
-#endif

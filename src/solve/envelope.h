@@ -3,8 +3,7 @@
  * 1969, reversed). For meshes of n vertices a row has about sqrt(n) entries, so it suits up to some ten thousand
  * unknowns. All numbers are double and all sums in one order.
  */
-#ifndef QW_SOLVE_ENVELOPE_H
-#define QW_SOLVE_ENVELOPE_H
+#pragma once
 
 #include "base/env.h"
 
@@ -35,5 +34,3 @@ static inline void qw_envelope_add(qw_envelope *e, uint32_t i, uint32_t j, doubl
 bool qw_envelope_factor(qw_envelope *e);
 /* x: double[count], the right-hand side, then the solution. */
 void qw_envelope_solve(const qw_envelope *e, double *x);
-
-#endif

@@ -4,8 +4,7 @@
  * and arcs with capacities and costs. A flow meets the supplies when at every node  out - in = supply. Source s and
  * sink t of the paper are not in the node list: solvers that want them add them.
  */
-#ifndef QW_SOLVE_FLOW_H
-#define QW_SOLVE_FLOW_H
+#pragma once
 
 #include "solve/flow_problem.h"
 
@@ -44,5 +43,3 @@ bool qw_flow_is_feasible(qw_env *env, const qw_flow_problem *problem, const int3
 bool qw_flow_is_maximum(qw_env *env, const qw_flow_problem *problem, const int32_t *flow);
 /* Complementary slackness: every residual arc has reduced cost cost + potential[tail] - potential[head] >= 0. */
 bool qw_flow_is_optimal(const qw_flow_problem *problem, const int32_t *flow, const int64_t *potential);
-
-#endif

@@ -1,6 +1,5 @@
 /* What the flow solvers take and give. */
-#ifndef QW_SOLVE_FLOW_PROBLEM_H
-#define QW_SOLVE_FLOW_PROBLEM_H
+#pragma once
 
 #include "base/env.h"
 
@@ -18,5 +17,3 @@ typedef struct qw_flow_result {
     int64_t cost;
     int64_t augmentations;
 } qw_flow_result;
-
-#endif

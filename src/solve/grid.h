@@ -1,7 +1,6 @@
 /* A linear system of a multigrid hierarchy, with its aggregates and the vectors of a cycle. Shared by setup
  * (multigrid_setup.c, aggregation.c) and solution (multigrid.c). */
-#ifndef QW_SOLVE_GRID_H
-#define QW_SOLVE_GRID_H
+#pragma once
 
 #include "solve/csr.h"
 
@@ -50,5 +49,3 @@ static inline float qw_with_sign(float value, uint32_t packed)
     memcpy(&value, &bits, sizeof bits);
     return value;
 }
-
-#endif

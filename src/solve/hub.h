@@ -1,6 +1,5 @@
 /* Minimum-cost flow through a node of very many arcs (the ground of a network with a long boundary). */
-#ifndef QW_SOLVE_HUB_H
-#define QW_SOLVE_HUB_H
+#pragma once
 
 #include "solve/flow.h"
 
@@ -9,5 +8,3 @@
    potentials equal: those returned certify the problem as given. */
 qw_flow_result qw_flow_min_cost_hub(qw_env *env, const qw_flow_problem *problem, uint32_t hub, int64_t farthest,
                                     int32_t *flow, int64_t *potential);
-
-#endif

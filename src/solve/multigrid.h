@@ -8,8 +8,7 @@
  * residual up to 1e-7 |A||x| / |b|, much where b is smooth over many unknowns (as much as 0.1); the energy of the
  * error, which differences of neighbours show, stays small.
  */
-#ifndef QW_SOLVE_MULTIGRID_H
-#define QW_SOLVE_MULTIGRID_H
+#pragma once
 
 #include "solve/cg.h"
 #include "solve/csr.h"
@@ -29,5 +28,3 @@ void qw_multigrid_refresh(qw_env *env, qw_multigrid *grids);
    max_iterations, or where rounding lets the residual fall no further. */
 qw_cg_result qw_multigrid_solve_with(qw_env *env, qw_multigrid *grids, const float *b, float *x, double tolerance,
                                      uint32_t max_iterations);
-
-#endif

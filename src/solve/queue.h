@@ -4,8 +4,7 @@
  *
  * Bucket b > 0 holds the keys whose highest bit that differs from `last` is bit b - 1; bucket 0 those equal to it.
  */
-#ifndef QW_SOLVE_QUEUE_H
-#define QW_SOLVE_QUEUE_H
+#pragma once
 
 #include "base/env.h"
 
@@ -33,5 +32,3 @@ void qw_queue_remove(qw_queue *queue, uint32_t node); /* queued or not */
 uint32_t qw_queue_take(qw_queue *queue);              /* QW_NONE when empty; its key is `last` */
 
 static inline bool qw_queue_has(const qw_queue *queue, uint32_t node) { return queue->link[node].next != QW_NONE; }
-
-#endif

@@ -8,8 +8,7 @@
  * A tree node's parent is the half that leaves it towards its parent node; flow that comes down a tree runs along the
  * mates.
  */
-#ifndef QW_SOLVE_RESIDUAL_H
-#define QW_SOLVE_RESIDUAL_H
+#pragma once
 
 #include "solve/flow_problem.h"
 
@@ -72,5 +71,3 @@ static inline int32_t qw_residual_amount(const qw_residual *residual, uint32_t s
    stamped `now`, so that ways which join one already walked end there (the marking heuristic of Boykov and Kolmogorov,
    Section 3.2.3). */
 uint32_t qw_residual_depth(qw_residual *residual, uint32_t node, uint32_t now);
-
-#endif

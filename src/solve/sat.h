@@ -1,7 +1,6 @@
 /* Satisfiability through CaDiCaL, in process, with limits in conflicts (never in seconds, so that a result does not
  * depend on the machine). Literals: variable v >= 1 is v, its negation -v. */
-#ifndef QW_SOLVE_SAT_H
-#define QW_SOLVE_SAT_H
+#pragma once
 
 #include "base/env.h"
 
@@ -19,5 +18,3 @@ int64_t qw_sat_conflicts(
     const qw_sat *sat); /* of the last call: the limit where it was reached, otherwise the clauses learnt */
 /* Certificate: with QW_SAT_YES, whether the values satisfy each clause that was added. */
 bool qw_sat_check(const qw_sat *sat);
-
-#endif

@@ -1,6 +1,5 @@
 /* Planes of symmetry across one another: of a surface that has two or three, a quarter or an eighth is remeshed. */
-#ifndef QW_WHOLE_ACROSS_H
-#define QW_WHOLE_ACROSS_H
+#pragma once
 
 #include "whole/state.h"
 
@@ -13,5 +12,3 @@ bool qw_is_alike(double far, double edge);
    where the first is not such a plane. edge: as above. */
 uint32_t qw_find_across(const qw_run_state *run, const qw_mirror_search *found, uint32_t count, double edge,
                         qw_mirror_plane across[QW_MOST_PLANES - 1]);
-
-#endif

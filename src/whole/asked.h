@@ -1,6 +1,5 @@
 /* How many quads the options ask for. */
-#ifndef QW_WHOLE_ASKED_H
-#define QW_WHOLE_ASKED_H
+#pragma once
 
 #include "whole/state.h"
 
@@ -9,5 +8,3 @@ double qw_faces_wanted(const qw_run_state *run, const qw_options *options);
 
 /* Fails with QW_OPTION where an edge length or a ratio asks for more than there can be. */
 void qw_require_few_faces(const qw_run_state *run);
-
-#endif

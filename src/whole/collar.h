@@ -8,8 +8,7 @@
  * vertices near the rim move on the surface, until the corners of the quads are as good as these few vertices can make
  * them; those of the rim never do.
  */
-#ifndef QW_WHOLE_COLLAR_H
-#define QW_WHOLE_COLLAR_H
+#pragma once
 
 #include "geometry/bvh.h"
 #include "geometry/quadmesh.h"
@@ -45,5 +44,3 @@ typedef enum qw_mobility { QW_STAYS, QW_MAY_MOVE, QW_MOVES } qw_mobility;
    around them get better. */
 void qw_square_corners(qw_env *env, qw_quadmesh *quads, const uint8_t *mobility, const qw_trimesh *surface,
                        const qw_bvh *tree);
-
-#endif

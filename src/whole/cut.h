@@ -1,6 +1,5 @@
 /* The planes along which the core was cut from the whole, and the frames of both. */
-#ifndef QW_WHOLE_CUT_H
-#define QW_WHOLE_CUT_H
+#pragma once
 
 #include "whole/state.h"
 
@@ -10,5 +9,3 @@ uint8_t qw_cuts_at(const qw_run_state *run, qw_vec3 point);
 /* The point in the frame of the core as one in the frame of the whole, and the scale from the one to the other. */
 qw_vec3 qw_in_whole(const qw_run_state *run, qw_vec3 point);
 double qw_whole_scale(const qw_run_state *run);
-
-#endif

@@ -1,6 +1,5 @@
 /* Which way the caller wants the crosses, at the vertices of the working mesh. */
-#ifndef QW_WHOLE_DIRECTIONS_H
-#define QW_WHOLE_DIRECTIONS_H
+#pragma once
 
 #include "whole/state.h"
 
@@ -14,5 +13,3 @@ void qw_report_field_angle(qw_run_state *run, const qw_quadmesh *quads);
 /* How much quads are relaxed along run->alignment: `follow`, but where the caller asks for directions no less than is
    usual. */
 double qw_lines_followed(const qw_run_state *run);
-
-#endif

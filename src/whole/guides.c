@@ -133,16 +133,19 @@ void qw_engrave_guides(qw_run_state *run)
 
 /* At a joint so many rows fit across, by how fast movement changes in its middle: three in all. */
 enum { ROWS_OF_JOINT = 2 };
+/* Nothing that was drawn is nearer to a joint or a neck than so many edges. */
+static const float APART = 3;
+/* A surface of more components is a soup, or an assembly of plain parts, in which no necks are looked for. */
+enum { MOST_COMPONENTS = 8 };
 
-/* Necks and joints are taken one by one. */
+/* Curves that are to be engraved, after the loops that were drawn, beside which nothing else is. */
 typedef struct taking {
     qw_run_state *run;
-    const float *size;     /* float[vertices of the surface as it was found]: wanted edges */
-    const qw_trimesh *was; /* that surface */
-    const qw_bvh *tree;
-    qw_vec3 *from, *to; /* steps of what was taken, and of loops that were drawn */
-    uint32_t steps;
     float edge;
+    const float *size;  /* float[vertices of the surface]: wanted edges; NULL: not asked for */
+    const qw_bvh *tree; /* of the surface */
+    qw_vec3 *from, *to; /* steps of loops that were drawn, and of joints that were taken */
+    uint32_t steps;
     qw_necks taken;
 } taking;
 
@@ -151,8 +154,15 @@ static void add_steps(taking *t, const qw_vec3 *point, uint32_t count)
     for (uint32_t i = 0; i + 1 < count; i++) t->from[t->steps] = point[i], t->to[t->steps++] = point[i + 1];
 }
 
+static void take(taking *t, const qw_vec3 *point, uint32_t count, uint8_t is_pocket)
+{
+    qw_necks *n = &t->taken;
+    memcpy(n->point + n->begin[n->count], point, count * sizeof *point);
+    n->is_pocket[n->count++] = is_pocket, n->begin[n->count] = n->begin[n->count - 1] + count;
+}
+
 /* The number of edges along a curve; 0: it is off the surface. *rows: how many fit across it, where movement changes
-   from none to all; unless NULL. */
+   from none to all. */
 static double edges_on(const taking *t, const qw_vec3 *point, uint32_t count, double *rows)
 {
     qw_env *env = t->run->env;
@@ -162,29 +172,24 @@ static double edges_on(const taking *t, const qw_vec3 *point, uint32_t count, do
     for (uint32_t i = 0; i < count; i++) {
         qw_hit hit = qw_bvh_nearest(t->tree, point[i], qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
         if (hit.face == QW_NONE || sqrtf(hit.distance2) > (float)MOST_OFF * t->edge) return 0;
-        normal[i] = qw_bvh_normal(t->tree, hit.face), size[i] = t->size[t->was->corner[3 * (size_t)hit.face]];
+        normal[i] = qw_bvh_normal(t->tree, hit.face), size[i] = t->size[t->run->surface.corner[3 * (size_t)hit.face]];
         if (i > 0) edges += (double)(qw_distance(point[i - 1], point[i]) / size[i - 1]);
     }
-    const qw_vec3 *moved = rows ? qw_motion_on(t->run, point, normal, count) : NULL;
-    for (uint32_t i = 0; i < count && rows; i++) change += (double)(size[i] * qw_length(moved[i]));
-    if (rows) *rows = count / change;
+    const qw_vec3 *moved = qw_motion_on(t->run, point, normal, count);
+    for (uint32_t i = 0; i < count; i++) change += (double)(size[i] * qw_length(moved[i]));
+    *rows = count / change;
     return edges;
 }
 
-/* Whether a joint has room for so many edges around and rings across, as a neck had when it was found, and nothing was
-   drawn near it. */
-static bool has_room(const taking *t, const qw_vec3 *point, uint32_t count, bool is_joint)
+/* Whether nothing lies so near to a curve of so many edges. */
+static bool is_free(const taking *t, const qw_vec3 *point, uint32_t count, double edges)
 {
-    bool is_closed = qw_distance(point[0], point[count - 1]) == 0;
+    bool is_closed = qw_distance(point[0], point[count - 1]) == 0, is_free = true;
     float length = 0;
-    for (uint32_t i = 0; i + 1 < count; i++) length += qw_distance(point[i], point[i + 1]);
-    double rows = INFINITY, edges = edges_on(t, point, count, is_joint ? &rows : NULL);
-    if (is_joint && (edges < (is_closed ? QW_NECK_EDGES : 0.5 * QW_NECK_EDGES) || rows < ROWS_OF_JOINT)) return false;
-    if (!(edges > 0)) return false;
-    float near = fmaxf(QW_NECKS_APART * length / (float)edges,
-                       QW_NECKS_APART_SHARE * length / (float)(is_closed ? 2 * QW_PI : QW_PI));
     if (t->steps == 0) return true;
-    bool is_free = true;
+    for (uint32_t i = 0; i + 1 < count; i++) length += qw_distance(point[i], point[i + 1]);
+    float near = fmaxf(APART * length / (float)edges,
+                       QW_NECKS_APART_SHARE * length / (float)(is_closed ? 2 * QW_PI : QW_PI));
     qw_scope_begin(t->run->env);
     const qw_curve_tree *drawn = qw_curve_tree_build(t->run->env, t->from, t->to, t->steps);
     for (uint32_t i = 0; i < count && is_free; i++)
@@ -193,97 +198,107 @@ static bool has_room(const taking *t, const qw_vec3 *point, uint32_t count, bool
     return is_free;
 }
 
-/* Draws a curve on a copy of the surface, which becomes the surface if that works. */
-static bool take_curve(taking *t, const qw_vec3 *point, uint32_t count, uint8_t is_pocket)
+/* Whether a joint has room for so many edges around and rings across. */
+static bool has_room(const taking *t, const qw_vec3 *point, uint32_t count)
 {
-    qw_run_state *run = t->run;
-    qw_env *env = run->env;
-    const uint32_t begin[2] = {0, count}, number = 0, finer = 1;
-    const uint8_t mark = QW_MARKS;
-    const qw_polylines line = {1, begin, point, &number, &mark, &finer};
-    const qw_trimesh old = run->surface;
-    uint32_t *component = run->surface_census.component;
-    bool drawn;
-    int64_t marked;
-    qw_scope_begin(env);
-    qw_trimesh cut = qw_engrave(env, &old, qw_bvh_build(env, &old), &line, t->edge, &marked, &drawn);
-    if (drawn) take_surface(run, &cut);
-    qw_scope_end(env);
-    if (!drawn) return false;
-    if (t->taken.count > 0) { /* the curve before was the last to need it */
-        qw_free(env, old.position), qw_free(env, old.corner), qw_free(env, old.twin), qw_free(env, old.mark);
-        qw_free(env, old.point), qw_free(env, component);
-    }
-    qw_necks *n = &t->taken;
-    memcpy(n->point + n->begin[n->count], point, count * sizeof *point);
-    n->is_pocket[n->count] = is_pocket;
-    n->count++, n->begin[n->count] = n->begin[n->count - 1] + count;
-    return true;
+    bool is_closed = qw_distance(point[0], point[count - 1]) == 0;
+    double rows = 0, edges = edges_on(t, point, count, &rows);
+    return edges >= (is_closed ? QW_NECK_EDGES : 0.5 * QW_NECK_EDGES) && rows >= ROWS_OF_JOINT &&
+           is_free(t, point, count, edges);
 }
 
-/* After the loops that were drawn, beside which nothing else is. */
 static void take_joints(taking *t)
 {
     const qw_steering *s = &t->run->steering;
     if (s->guide_count == 0) return;
+    qw_env *env = t->run->env;
     const qw_vec3 *point = qw_guides_in_frame(t->run);
-    for (int joints = 0; joints < 1 + qw_follows_motion(t->run); joints++)
+    float *base_target;
+    bool moves = qw_follows_motion(t->run);
+    if (moves) t->size = qw_wanted_size(t->run, (double)t->edge, &base_target, NULL, NULL);
+    if (moves) t->tree = qw_bvh_build(env, &t->run->surface);
+    for (int joints = 0; joints < 1 + moves; joints++)
         for (uint32_t g = 0; g < s->guide_count; g++) {
             const qw_vec3 *p = point + s->guide_begin[g];
             uint32_t count = s->guide_begin[g + 1] - s->guide_begin[g];
             if (!joints && s->guide_kind[g] == QW_GUIDE_LOOP) add_steps(t, p, count);
-            if (joints && s->guide_kind[g] == QW_GUIDE_JOINT && t->taken.count < QW_MOST_NECKS &&
-                has_room(t, p, count, true) && take_curve(t, p, count, 0))
-                add_steps(t, p, count);
+            if (joints && s->guide_kind[g] == QW_GUIDE_JOINT && t->taken.count < QW_MOST_NECKS && has_room(t, p, count))
+                take(t, p, count, 0), add_steps(t, p, count);
         }
+}
+
+static void take_necks(taking *t, const qw_necks *found)
+{
+    for (uint32_t i = 0; i < found->count; i++) {
+        const qw_vec3 *p = found->point + found->begin[i];
+        uint32_t count = found->begin[i + 1] - found->begin[i];
+        bool is_whole = qw_distance(p[0], p[count - 1]) == 0,
+             is_cut = qw_cuts_at(t->run, p[0]) && qw_cuts_at(t->run, p[count - 1]);
+        if (!is_whole && !is_cut) continue; /* it ends at a boundary of the surface */
+        double length = 0;
+        for (uint32_t k = 0; k + 1 < count; k++) length += (double)qw_distance(p[k], p[k + 1]);
+        if (is_free(t, p, count, length / (double)t->edge)) take(t, p, count, found->is_pocket[i]);
+    }
+}
+
+/* Draws the curves on a copy of the surface, which becomes the surface; those that cannot be drawn are let go. */
+static void engrave_taken(taking *t)
+{
+    qw_run_state *run = t->run;
+    qw_env *env = run->env;
+    qw_necks *n = &t->taken;
+    uint32_t *number = QW_NEW_ZERO(env, uint32_t, n->count), *finer = QW_NEW(env, uint32_t, n->count);
+    uint8_t *mark = QW_NEW(env, uint8_t, n->count);
+    bool *drawn = QW_NEW(env, bool, n->count);
+    for (uint32_t i = 0; i < n->count; i++) finer[i] = 1, mark[i] = QW_MARKS;
+    if (!t->tree) t->tree = qw_bvh_build(env, &run->surface);
+    while (n->count > 0) {
+        const qw_polylines lines = {n->count, n->begin, n->point, number, mark, finer};
+        int64_t marked;
+        qw_trimesh cut = qw_engrave(env, &run->surface, t->tree, &lines, t->edge, &marked, drawn);
+        qw_necks kept = {0, n->begin, n->point, n->is_pocket};
+        for (uint32_t i = 0; i < n->count; i++) {
+            uint32_t from = n->begin[i], count = n->begin[i + 1] - from, to = kept.begin[kept.count];
+            if (!drawn[i]) continue;
+            memmove(kept.point + to, n->point + from, count * sizeof *kept.point);
+            kept.is_pocket[kept.count++] = n->is_pocket[i], kept.begin[kept.count] = to + count;
+        }
+        bool all = kept.count == n->count;
+        *n = kept;
+        if (!all) continue;
+        take_surface(run, &cut);
+        run->necks = *n;
+        qw_keep(env, n->begin), qw_keep(env, n->point), qw_keep(env, n->is_pocket);
+        return;
+    }
 }
 
 void qw_engrave_necks(qw_run_state *run, double rho)
 {
     qw_env *env = run->env;
     run->necks = (qw_necks){0};
-    bool finds_necks = run->options.rings > 0 && qw_uses(env, QW_MECH_NECKS);
+    bool finds_necks = run->options.rings > 0 && qw_uses(env, QW_MECH_NECKS) &&
+                       run->surface_census.components <= MOST_COMPONENTS;
     if (finds_necks || (qw_follows_motion(run) && run->whole.steering->joint_count > 0)) {
         qw_scope_begin(env);
-        const qw_trimesh was = run->surface;
-        float *base_target, *size = qw_wanted_size(run, rho, &base_target, NULL, NULL);
-        const qw_bvh *tree = qw_bvh_build(env, &was);
         qw_necks found = {0};
-        if (finds_necks) found = qw_find_necks(env, &was, tree, size, run->mirror.is_used, run->options.rings);
+        if (finds_necks) found = qw_find_necks(env, &run->surface, rho, run->input.cut, run->options.rings);
         const qw_steering *s = &run->steering;
         size_t most = found.count > 0 ? found.begin[found.count] : 0;
         if (s->guide_count > 0) most += s->guide_begin[s->guide_count];
         uint32_t curves = found.count + s->guide_count;
-        taking t = {run,
-                    size,
-                    &was,
-                    tree,
-                    QW_NEW(env, qw_vec3, most),
-                    QW_NEW(env, qw_vec3, most),
-                    0,
-                    (float)rho,
-                    {0, QW_NEW_ZERO(env, uint32_t, (size_t)curves + 1), QW_NEW(env, qw_vec3, most), NULL,
-                     QW_NEW(env, uint8_t, curves)}};
+        taking t = {
+            .run = run, .edge = (float)rho, .from = QW_NEW(env, qw_vec3, most), .to = QW_NEW(env, qw_vec3, most)};
+        t.taken = (qw_necks){0, QW_NEW_ZERO(env, uint32_t, (size_t)curves + 1), QW_NEW(env, qw_vec3, most),
+                             QW_NEW(env, uint8_t, curves)};
         take_joints(&t);
         uint32_t joints = t.taken.count;
-        for (uint32_t i = 0; i < found.count; i++) {
-            const qw_vec3 *p = found.point + found.begin[i];
-            uint32_t count = found.begin[i + 1] - found.begin[i];
-            bool is_whole = qw_distance(p[0], p[count - 1]) == 0,
-                 is_cut = qw_cuts_at(run, p[0]) && qw_cuts_at(run, p[count - 1]);
-            if (!is_whole && !is_cut) continue; /* it ends at a boundary of the surface */
-            if (t.steps == 0 || has_room(&t, p, count, false)) take_curve(&t, p, count, found.is_pocket[i]);
-        }
-        if (t.taken.count > 0) {
-            run->necks = t.taken;
-            qw_keep(env, t.taken.begin), qw_keep(env, t.taken.point), qw_keep(env, t.taken.is_pocket);
-            keep_surface(run);
-        }
-        qw_acted(env, QW_MECH_NECKS, finds_necks), qw_kept(env, QW_MECH_NECKS, t.taken.count - joints);
+        take_necks(&t, &found);
+        engrave_taken(&t);
+        qw_acted(env, QW_MECH_NECKS, finds_necks);
+        qw_kept(env, QW_MECH_NECKS, run->necks.count > joints ? run->necks.count - joints : 0);
         qw_scope_end(env);
     }
-    run->report->nests = run->necks.count;
-    for (uint32_t g = 0; g < run->steering.guide_count; g++) run->report->nests += qw_has_rings(run, g);
 }
 
 /* ---- directions */

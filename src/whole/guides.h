@@ -1,6 +1,5 @@
 /* The lines that a caller has drawn: on which edges of the result are to lie, or along which quads are to run. */
-#ifndef QW_WHOLE_GUIDES_H
-#define QW_WHOLE_GUIDES_H
+#pragma once
 
 #include "whole/state.h"
 
@@ -23,5 +22,3 @@ bool qw_has_guides(const qw_run_state *run, qw_guide_kind kind);
 
 /* report->guide_off of the quads. */
 void qw_report_guides(qw_run_state *run, const qw_quadmesh *quads);
-
-#endif

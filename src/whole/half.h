@@ -1,6 +1,5 @@
 /* One side of a surface, and the quads of a side put together with their reflection. */
-#ifndef QW_WHOLE_HALF_H
-#define QW_WHOLE_HALF_H
+#pragma once
 
 #include "geometry/quadmesh.h"
 #include "whole/plane.h"
@@ -52,5 +51,3 @@ qw_mirrored qw_mirror_quads(qw_env *env, const qw_quadmesh *half, const double *
    its own surface, the others' reflections where they belong. reflected: the first quad that is a reflection. */
 void qw_reflect_again(qw_env *env, const qw_mirrored *mirrored, uint32_t reflected, const qw_mirror_plane *plane,
                       bool follows);
-
-#endif

@@ -1,6 +1,5 @@
 /* The boundary of a half: where it was cut, and where the surface was open before. */
-#ifndef QW_WHOLE_HALF_RIM_H
-#define QW_WHOLE_HALF_RIM_H
+#pragma once
 
 #include "geometry/bvh.h"
 #include "geometry/quadmesh.h"
@@ -23,5 +22,3 @@ qw_rim qw_rim_of(qw_env *env, const qw_trimesh *surface, const uint8_t *on_plane
    Each arc has an edge, and one that was no cut has two: where it has less, as a hole that is smaller than a quad, its
    middle becomes the place of the nearest vertex. */
 uint8_t *qw_find_sewn(qw_env *env, const qw_rim *rim, qw_quadmesh *quads);
-
-#endif

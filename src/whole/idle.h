@@ -1,11 +1,8 @@
 /* Options that change nothing in this run, as another one is not set, and a target out of all proportion: said in the
  * report. */
-#ifndef QW_WHOLE_IDLE_H
-#define QW_WHOLE_IDLE_H
+#pragma once
 
 #include "whole/state.h"
 
 /* Needs what CLEAN leaves. */
 void qw_warn_of_idle(qw_run_state *run);
-
-#endif

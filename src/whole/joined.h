@@ -1,7 +1,6 @@
 /* Where a joined result lies on the input, and its attributes: those of the quads, and behind them those that the
  * polygons which were left out have anyway. */
-#ifndef QW_WHOLE_JOINED_H
-#define QW_WHOLE_JOINED_H
+#pragma once
 
 #include "whole/state.h"
 
@@ -11,5 +10,3 @@ void qw_join_provenance(const qw_run_state *run, qw_provenance *provenance);
 /* Turns attributes of the finished quads, qw_attribute[count], into those of the joined mesh. attributes: of the input,
    in the same order. In the current scope. */
 void qw_join_attributes(const qw_run_state *run, const qw_attribute *attributes, uint32_t count, qw_attribute *joined);
-
-#endif

@@ -2,8 +2,7 @@
  * with the very coordinates that the input has. A mesh of quads has an even number of boundary edges in each component;
  * where the input has an odd number one of its triangles there stays as it is, as do all polygons outside of a region,
  * and the result is joined to them. */
-#ifndef QW_WHOLE_KEPT_RIMS_H
-#define QW_WHOLE_KEPT_RIMS_H
+#pragma once
 
 #include "whole/state.h"
 
@@ -55,5 +54,3 @@ void qw_join_left_out(qw_run_state *run);
 
 /* The result: the joined mesh where there is one, or else the finished quads. */
 qw_mesh_view qw_view_of_result(const qw_run_state *run);
-
-#endif

@@ -7,8 +7,7 @@
  * whole is that of the core twice, sewn along the cut: so it is a surface, and with its topology the whole has that of
  * the core and its reflection.
  */
-#ifndef QW_WHOLE_MIRROR_H
-#define QW_WHOLE_MIRROR_H
+#pragma once
 
 #include "products/attributes/crosses.h"
 #include "whole/state.h"
@@ -48,5 +47,3 @@ double qw_surplus_of_core(const qw_run_state *run, const qw_quadmesh *quads);
    input. own: where the reflections of their vertices lie; NULL: where the plane puts them. */
 void qw_reflect_core(qw_run_state *run, const qw_quadmesh *quads, const uint8_t *sewn, const double *position,
                      const double *own);
-
-#endif

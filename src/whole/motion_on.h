@@ -1,6 +1,5 @@
 /* How the input moves, on the surfaces of a run. */
-#ifndef QW_WHOLE_MOTION_ON_H
-#define QW_WHOLE_MOTION_ON_H
+#pragma once
 
 #include "whole/state.h"
 
@@ -19,5 +18,3 @@ float qw_room_of_motion(float size, qw_vec3 change);
 
 /* Shortens the wanted edges at the vertices of run->surface so that some rows lie where movement changes. */
 void qw_fit_motion(const qw_run_state *run, float *size);
-
-#endif

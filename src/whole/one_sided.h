@@ -1,6 +1,5 @@
 /* Whether what a caller says of the quads is symmetric as the surface is. */
-#ifndef QW_WHOLE_ONE_SIDED_H
-#define QW_WHOLE_ONE_SIDED_H
+#pragma once
 
 #include "whole/state.h"
 
@@ -12,5 +11,3 @@ float qw_drawn_alike(const qw_steering *s, uint32_t guide, double scale);
 /* What steers the quads on one side of the plane otherwise than on the other, as the subject of a sentence: guides,
    directions, densities, weights and targets; NULL: nothing does. Needs what CLEAN leaves. */
 const char *qw_one_sided_steering(const qw_run_state *run, const qw_mirror_plane *plane);
-
-#endif

@@ -1,7 +1,6 @@
 /* Rows of quads from one boundary loop to another: each adds an edge to both loops. A mesh of quads has an even number
  * of boundary edges in each component, so that loops that should have one edge more come in pairs. */
-#ifndef QW_WHOLE_OPEN_PATH_H
-#define QW_WHOLE_OPEN_PATH_H
+#pragma once
 
 #include "geometry/quadmesh.h"
 
@@ -10,5 +9,3 @@
    quads: linked; gets new arrays where something changes. The order of the loops, and all half-edges, stay; odd is
    overwritten. Fails where an odd loop has none to go with it in its component. */
 void qw_add_rows_between(qw_env *env, qw_quadmesh *quads, uint8_t *odd);
-
-#endif

@@ -1,6 +1,5 @@
 /* Positions as the result has them. */
-#ifndef QW_WHOLE_OUTPUT_H
-#define QW_WHOLE_OUTPUT_H
+#pragma once
 
 #include "whole/state.h"
 
@@ -11,5 +10,3 @@ double *qw_output_positions(const qw_run_state *run, const qw_clean *clean, cons
 /* Rounds positions in those coordinates, double[quads->vertex_count][3], in the same way. */
 void qw_settle_output(const qw_run_state *run, const qw_clean *clean, const qw_quadmesh *quads, double *output,
                       uint32_t *flat);
-
-#endif

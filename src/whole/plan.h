@@ -1,16 +1,11 @@
 /* What one attempt of a run does otherwise than another. What an attempt was like, and which plan follows: run/retry.h.
  */
-#ifndef QW_WHOLE_PLAN_H
-#define QW_WHOLE_PLAN_H
+#pragma once
 
 #include <stdint.h>
 
 /* Stiffness, in the second solve, of triangles that the closed offsets would squeeze or invert. */
 typedef enum qw_strategy { QW_STRATEGY_USUAL, QW_STRATEGY_STIFF, QW_STRATEGIES } qw_strategy;
-
-/* Whether cones of sectors lie at the corners of feature curves or beside them. Beside them, other face counts are
-   possible, and crosses fit the corner less well. */
-typedef enum qw_corner_cones { QW_CONES_AT_CORNERS, QW_CONES_BESIDE_CORNERS, QW_CORNER_CONES } qw_corner_cones;
 
 /* How large the neighbourhoods are in which SAT repairs inverted triangles. Small ones do where a stiff surface may
    be tried next: that takes less time than large ones and leaves no triangle inverted as often. */
@@ -31,12 +26,9 @@ typedef struct qw_plan {
     double reserve;     /* quads of the count that are kept for what sticks out, and grow once all others are there */
     qw_strategy strategy;
     qw_effort effort;
-    qw_corner_cones cones;
     uint32_t plane;       /* planes of symmetry from this one on may be used */
     uint16_t room;        /* how often more room was asked for since this plane is used */
     uint16_t keeps_teeth; /* flag: triangles of a region with two edges on its rim stay as they are */
     uint32_t refinements; /* how many of the run's refinements apply: places around which the wanted edge length is
                              smaller */
 } qw_plan;
-
-#endif

@@ -1,6 +1,5 @@
 /* The plane about which a surface is, or is to be made, symmetric. */
-#ifndef QW_WHOLE_PLANE_H
-#define QW_WHOLE_PLANE_H
+#pragma once
 
 #include "geometry/trimesh.h"
 
@@ -50,5 +49,3 @@ uint32_t qw_find_mirror_planes(qw_env *env, const qw_trimesh *mesh, const qw_fra
 /* How nearly a surface is symmetric about a plane, in the coordinates of the input. */
 qw_mirror_search qw_judge_mirror_plane(qw_env *env, const qw_trimesh *mesh, const qw_frame *frame,
                                        const qw_mirror_plane *plane);
-
-#endif

@@ -3,8 +3,7 @@
  * Vertices that stay are those of the input, with all their digits. Where a polygon around would turn over or meet
  * itself, the rim keeps more of its vertices there, at last all of them. Geometry and numbers alone: whole/kept_rims.h
  * says when. */
-#ifndef QW_WHOLE_RECUT_H
-#define QW_WHOLE_RECUT_H
+#pragma once
 
 #include "whole/rim_weld.h"
 
@@ -26,5 +25,3 @@ typedef struct qw_recut {
 /* edge: how far apart the vertices are to be, in the input's units. In the current scope. */
 qw_recut qw_recut_rims(qw_env *env, const qw_clean_input *input, const uint8_t *left_out, const qw_old_rims *rims,
                        double edge);
-
-#endif

@@ -1,8 +1,7 @@
 /* Small components with flipped quads, made anew from their triangles alone: what is left where vertices were moved and
  * edges turned in vain (remesh/relax/flip_repair.h). Large components are left, as a repair there has room around it.
  */
-#ifndef QW_WHOLE_REMAKE_H
-#define QW_WHOLE_REMAKE_H
+#pragma once
 
 #include "whole/state.h"
 
@@ -10,5 +9,3 @@
    uint8_t[quads->face_count] (qw_flip), goes with them. All others stay as they are. Returns how many quads were
    flipped in those that were made. In the current scope. */
 uint32_t qw_remake_flipped(qw_run_state *run, qw_quadmesh *quads, uint8_t **flipped);
-
-#endif

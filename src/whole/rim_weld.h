@@ -1,6 +1,5 @@
 /* Which vertices of the input are one where a region meets what was left out. */
-#ifndef QW_WHOLE_RIM_WELD_H
-#define QW_WHOLE_RIM_WELD_H
+#pragma once
 
 #include "base/env.h"
 #include "geometry/clean_input.h"
@@ -17,5 +16,3 @@ typedef struct qw_old_rims {
    vertices lie at one place too, stay apart. In the current scope. */
 uint32_t *qw_weld_along_rims(qw_env *env, const qw_clean_input *input, const uint8_t *left_out,
                              const qw_old_rims *rims);
-
-#endif

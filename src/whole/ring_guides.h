@@ -1,7 +1,6 @@
 /* Guides as curves in the frame: those with rings as the smooth curves that they stand for, and the nests around them.
  */
-#ifndef QW_WHOLE_RING_GUIDES_H
-#define QW_WHOLE_RING_GUIDES_H
+#pragma once
 
 #include "remesh/sizes/nests.h"
 #include "whole/state.h"
@@ -23,8 +22,6 @@ uint32_t qw_smooth_count(const qw_run_state *run, uint32_t guide);
 /* Writes them. point: of qw_guides_in_frame. */
 void qw_smooth_guide(const qw_run_state *run, uint32_t guide, const qw_vec3 *point, qw_vec3 *smooth);
 
-/* The nests that guides ask for (remesh/sizes/nests.h), rings as far as so many quads allow, and those of run->necks;
-   in the current scope. */
-qw_nests qw_nests_of_guides(const qw_run_state *run, double faces);
-
-#endif
+/* The nests that guides ask for (remesh/sizes/nests.h), rings as far as quads of this edge allow, and those of
+   run->necks, of which some may have no room; in the current scope. */
+qw_nests qw_nests_of_guides(const qw_run_state *run, double rho);

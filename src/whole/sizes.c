@@ -41,7 +41,7 @@ float *qw_wanted_size(const qw_run_state *run, double rho, float **base_target, 
     float *size = qw_shared_sizes(env, &request, tips);
     if (qw_follows_motion(run)) qw_fit_motion(run, size);
     if (qw_keeps_rims(run)) qw_fit_rims(run, size);
-    qw_nests fitted = qw_nests_of_guides(run, qw_in_quads(run, run->core.area));
+    qw_nests fitted = qw_nests_of_guides(run, rho);
     qw_fit_nests(env, &run->surface, &fitted, size);
     if (nests) *nests = fitted;
     *base_target = QW_NEW(env, float, run->surface.vertex_count);

@@ -1,6 +1,5 @@
 /* How large the quads of a run are to be: its state as the values that src/remesh/sizes takes. */
-#ifndef QW_WHOLE_SIZES_H
-#define QW_WHOLE_SIZES_H
+#pragma once
 
 #include "remesh/sizes/nests.h"
 #include "remesh/sizes/resolution.h"
@@ -30,5 +29,3 @@ qw_resolution_request qw_resolution_of(const qw_run_state *run);
 
 /* run->feature_density, from the surface and rho. */
 double qw_feature_density_of(const qw_run_state *run);
-
-#endif

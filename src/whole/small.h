@@ -1,7 +1,6 @@
 /* Components that would get next to no quads are made straight from their triangles (remesh/quads/straight.h). The
    stages from SURFACE on see the other components only. */
-#ifndef QW_WHOLE_SMALL_H
-#define QW_WHOLE_SMALL_H
+#pragma once
 
 #include "whole/state.h"
 
@@ -20,5 +19,3 @@ double qw_core_faces(const qw_run_state *run, double faces);
 
 /* The given quads, followed by those of small components. In the current scope. */
 qw_quadmesh qw_join_small(qw_run_state *run, const qw_quadmesh *quads);
-
-#endif

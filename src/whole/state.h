@@ -2,8 +2,7 @@
  * writes its own part; none changes another's. What is added here, or to what is held here, needs a line in
  * run/dump.def.
  */
-#ifndef QW_WHOLE_STATE_H
-#define QW_WHOLE_STATE_H
+#pragma once
 
 #include "base/env.h"
 #include "remesh/features/verdict.h"
@@ -196,5 +195,3 @@ uint32_t *qw_clean_components_of_working(const qw_run_state *run);
 /* A sentence for the report and the log. */
 void qw_warn(qw_run_state *run, const char *text);
 void qw_warn_once(qw_run_state *run, const char *text); /* unless the report says so already */
-
-#endif

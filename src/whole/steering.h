@@ -1,6 +1,5 @@
 /* What a caller says of how the quads are to run, beside the options. No run changes it. */
-#ifndef QW_WHOLE_STEERING_H
-#define QW_WHOLE_STEERING_H
+#pragma once
 
 #include "base/env.h"
 #include "base/vec.h"
@@ -26,5 +25,3 @@ typedef struct qw_steering {
     double *joint_point;   /* double[joint_begin[joint_count]][3] */
     uint8_t *region;       /* uint8_t[faces of the input], 1: inside; NULL: all are */
 } qw_steering;
-
-#endif

@@ -12,8 +12,7 @@
  * can be joined wherever their numbers of edges are both even or both odd; which edges go together is found by dynamic
  * programming, so that what is joined lies at the same place along the loops.
  */
-#ifndef QW_WHOLE_STRIP_H
-#define QW_WHOLE_STRIP_H
+#pragma once
 
 #include "base/env.h"
 #include "base/vec.h"
@@ -41,5 +40,3 @@ typedef struct qw_ring {
 
 /* outer->count and inner->count are both even or both odd, and at least 1. */
 void qw_fill_strip(qw_quad_builder *b, const qw_ring *outer, const qw_ring *inner, double period);
-
-#endif

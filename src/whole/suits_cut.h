@@ -1,6 +1,5 @@
 /* Which surfaces may be cut along a plane of symmetry without loss. */
-#ifndef QW_WHOLE_SUITS_CUT_H
-#define QW_WHOLE_SUITS_CUT_H
+#pragma once
 
 #include "whole/state.h"
 
@@ -11,5 +10,3 @@ bool qw_suits_cut(const qw_run_state *run, const qw_mirror_plane *plane);
 
 /* Whether the surface has sharp edges of some length. */
 bool qw_is_sharp(const qw_run_state *run);
-
-#endif

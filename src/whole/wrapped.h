@@ -1,7 +1,6 @@
 /* What is done to the input before it is a surface: a skin about it, with --wrap, or holes closed, with --fill-holes.
  */
-#ifndef QW_WHOLE_WRAPPED_H
-#define QW_WHOLE_WRAPPED_H
+#pragma once
 
 #include "whole/state.h"
 
@@ -20,5 +19,3 @@ bool qw_wraps_by_count(const qw_options *options);
  * finds run->whole.hidden; and says so. */
 void qw_look_for_soup(qw_run_state *run);
 void qw_advise_wrap(qw_run_state *run);
-
-#endif

@@ -1,7 +1,6 @@
 /* Positions as they are written: doubles in the coordinates of the input, rounded to few digits where that costs
  * nothing. The promise that no quad is degenerate is kept here, on what the file will hold. */
-#ifndef QW_WHOLE_WRITTEN_H
-#define QW_WHOLE_WRITTEN_H
+#pragma once
 
 #include "geometry/quadmesh.h"
 
@@ -14,5 +13,3 @@ uint32_t qw_settle_written(qw_env *env, const qw_quadmesh *quads, double unit, d
 /* Whether two corners of the quad are at one position or all four lie on one line. Certain: a quad that is none has an
    area in exact arithmetic too. */
 bool qw_is_degenerate(const uint32_t *corner, const double *position);
-
-#endif

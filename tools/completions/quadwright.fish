@@ -62,7 +62,7 @@ complete -c quadwright -l no-sharp-marks -d 'only the edges that the input marks
 complete -c quadwright -l align-boundary -d 'edges of the result follow the boundary of an open surface'
 complete -c quadwright -l no-align-boundary -d 'edges of the result follow the boundary of an open surface'
 complete -c quadwright -l adaptive -r -d 'how much quads differ in size'
-complete -c quadwright -l rings -r -d 'closed rings of quads around the necks of what sticks out or in (fingers, limbs, ears, sockets, mouths)'
+complete -c quadwright -l rings -r -d 'closed rings of quads around the necks of what sticks out or in (fingers, limbs, ears, sockets, mouths), where six quads fit around'
 complete -c quadwright -l follow-motion -r -d 'where the input has skin weights or morph targets, how much rows run along the lines on which these are equal, with smaller quads where they change'
 complete -c quadwright -l follow -r -d 'how much the quads run along the directions in which the surface bends most and least'
 complete -c quadwright -l smoothness -r -d 'relief smaller than this (three quarters of it below 250 quads) does not steer the quads'

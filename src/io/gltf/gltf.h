@@ -1,14 +1,20 @@
 /* What a glTF file holds beside its surface, as qw_read_gltf leaves it and qw_put_gltf takes it up: nodes, materials,
  * textures, images, skins, animations, cameras and all extensions, their text and bytes as they were. Only the numbers
  * by which they refer to accessors and views of the buffer are new. */
-#ifndef QW_IO_GLTF_GLTF_H
-#define QW_IO_GLTF_GLTF_H
+#pragma once
 
 #include "io/file.h"
 #include "io/pen.h"
 #include "io/soup.h"
 
-enum { QW_GLTF_INT8 = 5120, QW_GLTF_UINT8, QW_GLTF_INT16, QW_GLTF_UINT16, QW_GLTF_UINT32 = 5125, QW_GLTF_FLOAT32 };
+enum qw_gltf_number_type {
+    QW_GLTF_INT8 = 5120,
+    QW_GLTF_UINT8,
+    QW_GLTF_INT16,
+    QW_GLTF_UINT16,
+    QW_GLTF_UINT32 = 5125,
+    QW_GLTF_FLOAT32
+};
 /* Joints of one set; bytes: to which views and chunks are aligned, and those before the chunks of a GLB and before
    each of them. */
 enum { QW_GLTF_SET = 4, QW_GLTF_ALIGNMENT = 4, QW_GLB_HEADER = 12, QW_GLB_CHUNK_HEADER = 8 };
@@ -76,5 +82,3 @@ void qw_put_gltf_levels(qw_env *env, qw_file *file, bool is_binary, const qw_glt
 
 /* Blocks that belong to it, for qw_keep and qw_free: `each` is called for them and for the structure. */
 void qw_gltf_each_block(qw_env *env, qw_gltf_rest *rest, void (*each)(qw_env *env, void *block));
-
-#endif

@@ -1,6 +1,5 @@
 /* A glTF file, parsed: its JSON, its buffers, and the tables of what primitives are made of, all checked. */
-#ifndef QW_IO_GLTF_GLTF_DOCUMENT_H
-#define QW_IO_GLTF_GLTF_DOCUMENT_H
+#pragma once
 
 #include "io/gltf/gltf.h"
 #include "io/json_read.h"
@@ -84,5 +83,3 @@ qw_bytes qw_gltf_fetch_uri(const qw_gltf_document *d, const char *uri, uint64_t 
    the order of the objects' target_begin. Takes over the objects. In the caller's scope. */
 qw_gltf_rest *qw_gltf_pass_on(qw_gltf_document *d, qw_gltf_object *objects, uint32_t count, const char *const *names,
                               uint32_t targets);
-
-#endif

@@ -13,11 +13,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum {
-    MOST_SHORT = 65535, /* vertices that 16 bits can name, as the last number is not allowed */
-    OF_VERTICES = 34962,
-    OF_INDICES = 34963
-};
+enum buffer_target { OF_VERTICES = 34962, OF_INDICES = 34963 };
 
 /* ---- what is written of the attributes */
 
@@ -404,7 +400,7 @@ static uint32_t first_corner(const qw_gltf_writer *w, uint32_t f, uint32_t taken
 
 static uint32_t put_indices(qw_gltf_writer *w, uint32_t from, uint32_t to)
 {
-    int size = w->copies - w->first_copy <= MOST_SHORT ? 2 : 4;
+    int size = w->copies - w->first_copy <= UINT16_MAX ? 2 : 4;
     uint32_t taken = QW_NONE;
     begin_view(w);
     size_t begin = w->bytes.size;

@@ -1,6 +1,5 @@
 /* The nodes of a glTF scene: where each shows its mesh. */
-#ifndef QW_IO_GLTF_GLTF_SCENE_H
-#define QW_IO_GLTF_GLTF_SCENE_H
+#pragma once
 
 #include "io/gltf/gltf_document.h"
 
@@ -13,5 +12,3 @@ typedef struct qw_gltf_map {
    nodes; and the map of each to the scene, which to_local undoes. Fails where nodes have two parents or go round in a
    circle. Where a skin bends the mesh, the map is that of its first joint at rest. In the caller's scope. */
 qw_gltf_object *qw_gltf_find_objects(qw_gltf_document *d, uint32_t *count, qw_gltf_map **to_scene, uint32_t *joints);
-
-#endif

@@ -4,15 +4,9 @@
 #include <stdio.h>
 #include <string.h>
 
-enum {
-    MOST_CHANNELS = 1024,
-    MOST_ATTRIBUTES = 64 /* of a primitive */,
-    MOST_NAME = 120,
-    CHANNEL_NONE = -1,
-    CHANNEL_JOINTS = -2,
-    CHANNEL_WEIGHTS = -3
-};
-enum { TRIANGLES = 4, STRIP = 5, FAN = 6 };
+enum { MOST_CHANNELS = 1024, MOST_ATTRIBUTES = 64 /* of a primitive */, MOST_NAME = 120 };
+enum channel_kind { CHANNEL_NONE = -1, CHANNEL_JOINTS = -2, CHANNEL_WEIGHTS = -3 };
+enum primitive_mode { TRIANGLES = 4, STRIP = 5, FAN = 6 };
 
 /* ---- names */
 

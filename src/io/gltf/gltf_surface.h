@@ -1,7 +1,6 @@
 /* Meshes of glTF as their primitives are read: vertices as the file has them, one for each combination of attributes.
  */
-#ifndef QW_IO_GLTF_GLTF_SURFACE_H
-#define QW_IO_GLTF_GLTF_SURFACE_H
+#pragma once
 
 #include "io/build.h"
 #include "io/gltf/gltf_scene.h"
@@ -46,5 +45,3 @@ typedef struct qw_gltf_surface {
 void qw_gltf_plan_mesh(qw_gltf_surface *s, uint32_t mesh);
 void qw_gltf_take_object(qw_gltf_surface *s, uint32_t number, const qw_gltf_object *object,
                          const qw_gltf_map *to_scene);
-
-#endif

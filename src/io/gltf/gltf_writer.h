@@ -1,6 +1,5 @@
 /* What the writer of glTF holds, and the meshes that it writes; the document around them is in gltf_write.c. */
-#ifndef QW_IO_GLTF_GLTF_WRITER_H
-#define QW_IO_GLTF_GLTF_WRITER_H
+#pragma once
 
 #include "io/gltf/gltf.h"
 
@@ -46,5 +45,3 @@ uint32_t qw_gltf_object_of(const qw_gltf_writer *w, uint32_t f);
 void qw_put_gltf_mesh(qw_gltf_writer *w, uint32_t from, uint32_t to);
 /* The low bytes of a number, the lowest first. */
 void qw_put_bits(qw_pen *pen, uint32_t bits, int size);
-
-#endif

@@ -1,7 +1,6 @@
 /* Compression as PNG wants it: a zlib stream (RFC 1950, 1951), in parts that are compressed on the run's threads. The
  * same bytes at any number of threads. */
-#ifndef QW_IO_PICTURES_DEFLATE_H
-#define QW_IO_PICTURES_DEFLATE_H
+#pragma once
 
 #include "io/pen.h"
 
@@ -12,5 +11,3 @@ typedef void (*qw_deflate_source)(void *user, size_t at, size_t size, uint8_t *t
 typedef void (*qw_deflate_sink)(void *user, const void *bytes, size_t size);
 
 void qw_deflate(qw_env *env, size_t size, qw_deflate_source source, qw_deflate_sink sink, void *user);
-
-#endif

@@ -1,6 +1,5 @@
 /* Pictures in memory, PNG files of them, and what is read of PNG, JPEG, WebP, BMP and TGA files. */
-#ifndef QW_IO_PICTURES_PICTURE_H
-#define QW_IO_PICTURES_PICTURE_H
+#pragma once
 
 #include "io/file.h"
 #include "io/pen.h"
@@ -24,5 +23,3 @@ bool qw_reads_webp(void); /* whether this build does */
    that inflate to more than their pixels take, are refused. Without stb_image or libwebp those of theirs can't be read.
    In the caller's scope. */
 qw_picture qw_read_picture(qw_env *env, qw_bytes bytes, const char **why);
-
-#endif

@@ -1,7 +1,6 @@
 /* Texture coordinates for a mesh: charts, each laid flat and turned so that rows of quads run along the axes, packed.
  */
-#ifndef QW_PRODUCTS_ATLAS_ATLAS_H
-#define QW_PRODUCTS_ATLAS_ATLAS_H
+#pragma once
 
 #include "products/atlas/pack.h"
 #include "products/atlas/seams.h"
@@ -28,5 +27,3 @@ enum { QW_UV_BITS = 20 };
 
 /* In the caller's scope; sets the seams of the mesh. */
 qw_atlas qw_make_atlas(qw_env *env, qw_atlas_mesh *mesh, const qw_atlas_options *options);
-
-#endif

@@ -1,7 +1,6 @@
 /* Texture coordinates by blocks: each patch of the quads a rectangle of texels, the same number of them for each quad,
  * wall to wall. For displacement, trim sheets and what else is made quad by quad. */
-#ifndef QW_PRODUCTS_ATLAS_BLOCKS_H
-#define QW_PRODUCTS_ATLAS_BLOCKS_H
+#pragma once
 
 #include "products/atlas/atlas.h"
 
@@ -13,5 +12,3 @@ typedef struct qw_block_options {
 
 /* In the caller's scope; sets the seams of the mesh. Fails with QW_ARGUMENT where the blocks do not fit. */
 qw_atlas qw_make_block_atlas(qw_env *env, qw_atlas_mesh *mesh, const qw_block_options *options);
-
-#endif

@@ -2,8 +2,7 @@
  * little stretch: first where little room is lost around them, then for ever shorter seams; the fewest that pack well
  * enough are taken. Their borders are lines of quads, and where these run nearly along an axis they are laid along it.
  */
-#ifndef QW_PRODUCTS_ATLAS_CHARTS_H
-#define QW_PRODUCTS_ATLAS_CHARTS_H
+#pragma once
 
 #include "products/atlas/joins.h"
 
@@ -18,5 +17,3 @@ typedef bool qw_chart_judge(void *user, const qw_charts_made *made);
    the caller's scope; sets the seams of the mesh. */
 qw_charts_made qw_make_charts(qw_env *env, qw_atlas_mesh *mesh, double most_stretch, double longest,
                               const double *weight, const uint32_t *mirror, qw_chart_judge *judge, void *user);
-
-#endif

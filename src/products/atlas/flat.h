@@ -4,8 +4,7 @@
  * All steps work on the stretch of the linear map from each triangle in space to the plane: its singular values s1 >=
  * s2. Lengths in the plane are those in space where both are 1.
  */
-#ifndef QW_PRODUCTS_ATLAS_FLAT_H
-#define QW_PRODUCTS_ATLAS_FLAT_H
+#pragma once
 
 #include "products/atlas/seams.h"
 #include "solve/envelope.h"
@@ -72,5 +71,3 @@ qw_stretch qw_flat_stretch(const qw_flat *flat);
    is covered as often as loops go around it, so that a second such loop would cover what it holds twice; where the
    boundary turns by more than 360 degrees at a vertex there may be one. */
 bool qw_flat_is_simple(qw_env *env, const qw_flat *flat, double grid);
-
-#endif

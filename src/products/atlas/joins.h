@@ -1,6 +1,5 @@
 /* Joins pairs of charts along the seams between them. The pair that loses most of its border is joined first. */
-#ifndef QW_PRODUCTS_ATLAS_JOINS_H
-#define QW_PRODUCTS_ATLAS_JOINS_H
+#pragma once
 
 #include "products/atlas/flat.h"
 
@@ -75,5 +74,3 @@ bool qw_is_too_long(const qw_joiner *joiner, const double size[2]);
 bool qw_covers_once(const qw_joiner *joiner, const qw_flat *flat);
 /* And is stretched within the bounds. */
 bool qw_lies_fair(const qw_joiner *joiner, const qw_flat *flat);
-
-#endif

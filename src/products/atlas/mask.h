@@ -1,6 +1,5 @@
 /* Bit masks of cells: what is drawn of a chart, and what is filled of the tiles it is to lie in. */
-#ifndef QW_PRODUCTS_ATLAS_MASK_H
-#define QW_PRODUCTS_ATLAS_MASK_H
+#pragma once
 
 #include "base/env.h"
 
@@ -51,5 +50,3 @@ void qw_board_stamp(qw_board *b, const qw_mask *m, uint32_t x, uint32_t y, uint3
  */
 uint32_t qw_board_place(const qw_board *b, const qw_mask_run *run, uint32_t count, uint32_t from, uint32_t to,
                         uint32_t y);
-
-#endif

@@ -1,7 +1,6 @@
 /* Exact tests of whether flat triangles overlap. Coordinates are whole numbers below 2^29 in size, whose products fit
  * 64 bits. */
-#ifndef QW_PRODUCTS_ATLAS_OVERLAP_H
-#define QW_PRODUCTS_ATLAS_OVERLAP_H
+#pragma once
 
 #include "base/env.h"
 
@@ -18,5 +17,3 @@ static inline int64_t qw_grid_turn(qw_grid_point a, qw_grid_point b, qw_grid_poi
 /* Whether any two of the segments from loop[i] to loop[next[i]] meet other than at an end that they share by number. */
 bool qw_segments_meet(qw_env *env, const qw_grid_point *point, const uint32_t *from, const uint32_t *to,
                       uint32_t count);
-
-#endif

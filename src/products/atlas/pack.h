@@ -1,6 +1,5 @@
 /* Packing: charts into the unit square, or several, as large as they fit, without overlap and with a margin. */
-#ifndef QW_PRODUCTS_ATLAS_PACK_H
-#define QW_PRODUCTS_ATLAS_PACK_H
+#pragma once
 
 #include "base/env.h"
 
@@ -37,5 +36,3 @@ qw_packing qw_pack(qw_env *env, qw_piece *piece, uint32_t count, const qw_pack_o
 
 /* A point of a packed piece. */
 void qw_place_in_tile(const qw_piece *piece, double scale, const double at[2], double to[2]);
-
-#endif

@@ -3,8 +3,7 @@
  * Charts are what the seams leave connected. They are kept disks: cutting begins from patches that are disks, and two
  * charts are joined along one connected path of their boundaries.
  */
-#ifndef QW_PRODUCTS_ATLAS_SEAMS_H
-#define QW_PRODUCTS_ATLAS_SEAMS_H
+#pragma once
 
 #include "base/env.h"
 
@@ -71,5 +70,3 @@ uint32_t *qw_label_charts(qw_env *env, const qw_atlas_mesh *mesh, uint32_t *coun
 
 /* Cuts a patch in two or four by lines from a vertex in its middle, or across. false: it is a single face. */
 bool qw_split_patch(qw_env *env, qw_atlas_mesh *mesh, const uint32_t *face, uint32_t count);
-
-#endif

@@ -1,6 +1,5 @@
 /* Normals of quads for shading. */
-#ifndef QW_PRODUCTS_ATTRIBUTES_CORNER_NORMALS_H
-#define QW_PRODUCTS_ATTRIBUTES_CORNER_NORMALS_H
+#pragma once
 
 #include "geometry/quadmesh.h"
 
@@ -23,5 +22,3 @@ typedef struct qw_polygon_fans {
 /* The same of them; an edge between polygons of which one has no marks is sharp by its angle. float[vertices or, split,
    corners][3]. */
 float *qw_polygon_shading_normals(qw_env *env, const qw_polygon_fans *polygons, bool split);
-
-#endif

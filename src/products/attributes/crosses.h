@@ -1,8 +1,7 @@
 /* Cross fields on the elements of the input, and on the points of another surface near by: taken from the one to the
  * other in both directions. A cross is given by one of its four directions, a unit tangent; 0 says that there is none.
  */
-#ifndef QW_PRODUCTS_ATTRIBUTES_CROSSES_H
-#define QW_PRODUCTS_ATTRIBUTES_CROSSES_H
+#pragma once
 
 #include "products/attributes/source.h"
 #include "geometry/quadmesh.h"
@@ -28,5 +27,3 @@ double qw_mean_field_angle(qw_env *env, const qw_source *source, qw_domain domai
    normal or finds nothing within `reach`. */
 qw_vec3 *qw_crosses_of_elements(qw_env *env, const qw_source *source, qw_domain domain,
                                 const qw_vertex_crosses *crosses, float reach);
-
-#endif

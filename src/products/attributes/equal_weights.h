@@ -1,7 +1,6 @@
 /* Closed curves on the input on which a bone's weight is a half, as around a joint, or on which a target moves half as
  * far as it moves anything. */
-#ifndef QW_PRODUCTS_ATTRIBUTES_EQUAL_WEIGHTS_H
-#define QW_PRODUCTS_ATTRIBUTES_EQUAL_WEIGHTS_H
+#pragma once
 
 #include "products/attributes/motion.h"
 
@@ -16,5 +15,3 @@ typedef struct qw_equal_weights {
    largest, motion: qw_largest_offsets and qw_motion_of_faces of the attributes. */
 qw_equal_weights qw_find_equal_weights(qw_env *env, const qw_clean_input *input, const qw_attribute *attributes,
                                        uint32_t count, const double *largest, const qw_vec3 *motion);
-
-#endif

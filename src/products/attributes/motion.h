@@ -5,8 +5,7 @@
  * a weight, or of a target's offset over its largest length, the sum of J^T J over all of them has the direction in
  * which movement changes the most. (Marcias et al. 2013 take directions from deformation gradients of an animation; a
  * bone's weight stands for all poses of that bone.) */
-#ifndef QW_PRODUCTS_ATTRIBUTES_MOTION_H
-#define QW_PRODUCTS_ATTRIBUTES_MOTION_H
+#pragma once
 
 #include "remesh/clean/clean.h"
 
@@ -32,5 +31,3 @@ qw_motion_field *qw_motion_begin(qw_env *env, const qw_clean *clean, const qw_ve
 /* At points, tangents to normal, by a unit of the surface's frame: qw_vec3[count]. */
 qw_vec3 *qw_motion_at_points(qw_env *env, const qw_motion_field *field, const qw_vec3 *point, const qw_vec3 *normal,
                              uint32_t count);
-
-#endif

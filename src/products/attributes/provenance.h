@@ -5,8 +5,7 @@
  * corner of a quad lies on the triangle that is nearest a little way into the quad, so that at a sharp edge or a seam
  * each quad takes from its own side.
  */
-#ifndef QW_PRODUCTS_ATTRIBUTES_PROVENANCE_H
-#define QW_PRODUCTS_ATTRIBUTES_PROVENANCE_H
+#pragma once
 
 #include "products/attributes/source.h"
 #include "geometry/quadmesh.h"
@@ -36,5 +35,3 @@ void qw_fill_cache(const qw_source *source, const qw_quadmesh *quads, uint32_t f
 
 /* The same as the public structure tells it. */
 qw_origin qw_origin_of(const qw_source *source, const qw_source_point *point);
-
-#endif

@@ -13,7 +13,7 @@ typedef struct polygon_facts {
     uint32_t *slot;      /* uint32_t[face_count]: of the component's own frame, or QW_NONE */
 } polygon_facts;
 
-enum { AS_IT_IS = 1, TURNED = 2 };
+enum facing { AS_IT_IS = 1, TURNED = 2 };
 /* Of the width of the gaps that a wrap closes: a polygon that is no farther from the skin can be seen from outside. */
 static const float SEEN = 0.25f;
 

@@ -1,7 +1,6 @@
 /* The surface that attributes are taken from: the polygons as the caller gave them, before anything was welded, split
  * or dropped, cut into triangles that face as the result does. */
-#ifndef QW_PRODUCTS_ATTRIBUTES_SOURCE_H
-#define QW_PRODUCTS_ATTRIBUTES_SOURCE_H
+#pragma once
 
 #include "geometry/bvh.h"
 #include "remesh/clean/clean.h"
@@ -19,5 +18,3 @@ typedef struct qw_source {
 /* Triangles of polygons of which cleaning left nothing (duplicates, small components) are left out. component:
    uint32_t[clean->mesh.face_count], of the clean surface. In the caller's scope; refers to the input. */
 qw_source qw_source_build(qw_env *env, const qw_clean_input *input, const qw_clean *clean, const uint32_t *component);
-
-#endif

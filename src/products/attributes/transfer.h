@@ -1,6 +1,5 @@
 /* Attributes from the input to the quads. */
-#ifndef QW_PRODUCTS_ATTRIBUTES_TRANSFER_H
-#define QW_PRODUCTS_ATTRIBUTES_TRANSFER_H
+#pragma once
 
 #include "products/attributes/uv_charts.h"
 
@@ -14,5 +13,3 @@ void qw_require_attributes(qw_env *env, const qw_attribute *attributes, uint32_t
 qw_attribute *qw_transfer_attributes(qw_env *env, const qw_source *source, const qw_quadmesh *quads,
                                      const qw_origins *origins, const qw_attribute *attributes, uint32_t count,
                                      uint32_t most_weights, qw_transfer_report *report);
-
-#endif

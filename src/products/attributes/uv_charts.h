@@ -1,7 +1,6 @@
 /* Charts: what seams bound. A seam is an edge of the input at which the texture coordinates of its two faces differ by
  * more than rounding, or that has one face or more than two. */
-#ifndef QW_PRODUCTS_ATTRIBUTES_UV_CHARTS_H
-#define QW_PRODUCTS_ATTRIBUTES_UV_CHARTS_H
+#pragma once
 
 #include "products/attributes/provenance.h"
 
@@ -36,5 +35,3 @@ static inline size_t qw_element_of(const qw_source *source, qw_domain domain, ui
            : domain == QW_PER_FACE ? source->face[triangle]
                                    : source->input->corner[corner];
 }
-
-#endif

@@ -1,6 +1,5 @@
 /* What the input looks like at a point: its materials, textures and colours, and its shading normal. */
-#ifndef QW_PRODUCTS_BAKE_BAKE_SURFACE_H
-#define QW_PRODUCTS_BAKE_BAKE_SURFACE_H
+#pragma once
 
 #include "products/attributes/uv_charts.h"
 #include "io/material.h"
@@ -38,5 +37,3 @@ qw_seen qw_look_at(const qw_look *look, uint32_t triangle, const float weight[3]
 
 /* From a linear value to sRGB and back, 0 to 1. */
 double qw_to_srgb(double linear);
-
-#endif

@@ -1,7 +1,6 @@
 /* What is baked onto: the triangles of the result as they are exported, with normals, tangents and texture coordinates,
  * and how far from them the input is looked for. */
-#ifndef QW_PRODUCTS_BAKE_BAKE_TARGET_H
-#define QW_PRODUCTS_BAKE_BAKE_TARGET_H
+#pragma once
 
 #include "products/attributes/provenance.h"
 #include "base/simd.h"
@@ -61,5 +60,3 @@ void qw_bake_see(const qw_source *source, const qw_bake_points *points, uint32_t
    that are neighbours, which may lie outside of the triangle. */
 void qw_bake_fill_cache(const qw_source *source, const qw_bake_face *face, const float weight[3][3],
                         qw_bvh_cache *cache);
-
-#endif

@@ -1,6 +1,5 @@
 /* Maps: pictures of what the input looks like, on the texture coordinates of the result. */
-#ifndef QW_PRODUCTS_BAKE_MAPS_H
-#define QW_PRODUCTS_BAKE_MAPS_H
+#pragma once
 
 #include "products/bake/bake_surface.h"
 #include "products/bake/bake_target.h"
@@ -18,5 +17,3 @@ typedef struct qw_maps {
    are filled. In the caller's scope. */
 qw_maps qw_bake_maps(qw_env *env, const qw_bake_target *target, const qw_look *look, uint32_t maps, uint32_t tiles,
                      uint32_t texels, uint32_t samples, uint32_t pad, float farthest);
-
-#endif

@@ -1,6 +1,5 @@
 /* Texels around charts, filled so that what is filtered at their edges shows nothing else. */
-#ifndef QW_PRODUCTS_BAKE_PAD_H
-#define QW_PRODUCTS_BAKE_PAD_H
+#pragma once
 
 #include "io/pictures/picture.h"
 
@@ -9,5 +8,3 @@
    are filled. */
 void qw_pad_pictures(qw_env *env, const qw_picture *picture, uint32_t count, uint8_t *covered, uint32_t texels,
                      uint32_t pad);
-
-#endif

@@ -1,7 +1,6 @@
 /* Normals that the result is shaded with: those of the input, in the mean around each vertex. What a map has left to
  * bend is little then, and quads without their map look as the input does. */
-#ifndef QW_PRODUCTS_BAKE_SHADING_H
-#define QW_PRODUCTS_BAKE_SHADING_H
+#pragma once
 
 #include "products/bake/bake_target.h"
 #include "products/bake/bake_surface.h"
@@ -10,5 +9,3 @@
    vertex that share one share the new one. Where the input has no normal near that, or one far from it, it stays. In
    the caller's scope. */
 float *qw_shading_of_input(qw_env *env, const qw_bake_target *target, const qw_look *look);
-
-#endif

@@ -1,27 +1,126 @@
 #include "products/exact/ease.h"
 
+#include "base/mechanisms.h"
 #include "base/vec.h"
+#include "geometry/go_back.h"
 #include "geometry/step_search.h"
 
 #include <assert.h>
 #include <math.h>
 #include <string.h>
 
-enum { SWEEPS = 8, LENGTHS = 3, MOST_COLORS = 64 };
-/* In edges: the longest step tried. */
-static const double LONGEST = 0.12;
+enum { EASE_SWEEPS = 8, LENGTHS = 3, EVEN_SWEEPS = 80, SPREAD_SWEEPS = 24 };
+/* In edges: the longest step tried; how far a vertex may move along a circle. */
+static const double LONGEST = 0.12, MOST_AROUND = 0.9;
 /* What even sides count beside right angles. */
 static const double EVEN = 0.05;
+/* By how much a vertex goes farther than to the middle of its neighbours on a circle, as in over-relaxation. */
+static const double BEYOND = 1.7;
+/* The least sine of the corners of a quad that may still become worse. */
+static const double GOOD = 0.3;
 
 typedef struct easing {
     const qw_quadmesh *quads;
     const qw_held *held;
     qw_step_search search;
-    uint8_t *ways;      /* uint8_t[vertices]: 0: stays; 1: along a curve; 2: all over its primitive */
-    uint32_t (*end)[2]; /* uint32_t[vertices][2]: neighbours along the curve */
+    uint8_t *ways;        /* uint8_t[vertices]: 0: stays; 1: along a curve; 2: all over its primitive */
+    uint32_t (*end)[2];   /* uint32_t[vertices][2]: neighbours along the curve */
+    uint8_t *curves;      /* uint8_t[vertices]: edges of curves there, 3 at most */
+    uint8_t *is_even;     /* uint8_t[vertices]: 1: on a circle, which gets equal edges */
+    const double *before; /* double[vertices][3] */
 } easing;
 
 static double *place_of(const easing *e, uint32_t v) { return e->held->place + 3 * (size_t)v; }
+
+static bool is_corner(const easing *e, uint32_t v) { return e->quads->kind && e->quads->kind[v] == QW_VERTEX_CORNER; }
+
+static void link_curves(const easing *e)
+{
+    const qw_quadmesh *q = e->quads;
+    for (uint32_t h = 0; h < 4 * q->face_count; h++) {
+        uint32_t twin = q->twin[h], c[2] = {q->corner[h], q->corner[qw_quad_next(h)]};
+        if (twin != QW_NONE && (twin < h || !q->mark || !q->mark[h])) continue;
+        for (int k = 0; k < 2; k++) {
+            if (e->curves[c[k]] < 2) e->end[c[k]][e->curves[c[k]]] = c[1 - k];
+            if (e->curves[c[k]] < 3) e->curves[c[k]]++;
+        }
+    }
+}
+
+/* ---- circles */
+
+static bool is_round(const easing *e, uint32_t item)
+{
+    return item != QW_NONE && e->held->item[item].kind != QW_PLANE && e->held->item[item].kind != QW_SPHERE;
+}
+
+/* From v on, away from `last`, vertices go back to where they were and stay there. */
+static void leave_curve(const easing *e, uint32_t v, uint32_t last)
+{
+    while (e->is_even[v]) {
+        e->is_even[v] = 0;
+        memcpy(place_of(e, v), e->before + 3 * (size_t)v, 3 * sizeof *e->before);
+        uint32_t to = e->end[v][0] == last ? e->end[v][1] : e->end[v][0];
+        last = v, v = to;
+    }
+}
+
+/* All circles; what lies across arcs that end at corners keeps its spacing. */
+static void find_circles(const easing *e)
+{
+    for (uint32_t v = 0; v < e->quads->vertex_count; v++) {
+        const uint32_t *of = e->held->of[v];
+        e->is_even[v] = e->curves[v] == 2 && of[1] != QW_NONE && !is_corner(e, v) &&
+                        (is_round(e, of[0]) || is_round(e, of[1]));
+    }
+    for (uint32_t v = 0; v < e->quads->vertex_count; v++)
+        for (int k = 0; k < 2 && e->is_even[v]; k++)
+            if (is_corner(e, e->end[v][k])) leave_curve(e, v, e->end[v][k]);
+}
+
+/* Each vertex of a circle goes to the middle of its neighbours, again and again. */
+static void even_circles(const easing *e)
+{
+    uint32_t n = e->quads->vertex_count;
+    for (int sweep = 0; sweep < EVEN_SWEEPS; sweep++)
+        for (uint32_t v = 0; v < n; v++) {
+            if (!e->is_even[v]) continue;
+            double *p = place_of(e, v), *a = place_of(e, e->end[v][0]), *b = place_of(e, e->end[v][1]);
+            for (int k = 0; k < 3; k++) p[k] += BEYOND * (0.5 * (a[k] + b[k]) - p[k]);
+            e->held->put(e->held->user, v, p);
+        }
+    for (uint32_t v = 0; v < n; v++) {
+        const double *p = place_of(e, v), *was = e->before + 3 * (size_t)v;
+        double d[3] = {p[0] - was[0], p[1] - was[1], p[2] - was[2]}, most = MOST_AROUND * (double)e->held->edge[v];
+        if (!e->is_even[v] || qw_dot_doubles(d, d) <= most * most) continue;
+        uint32_t other = e->end[v][0];
+        leave_curve(e, v, e->end[v][1]), leave_curve(e, other == v ? v : other, v);
+    }
+}
+
+/* What is free goes with its neighbours: their ways from `before` are spread over the mesh. */
+static void spread(qw_env *env, const easing *e)
+{
+    const qw_quadmesh *q = e->quads;
+    size_t n = q->vertex_count;
+    double *way = QW_NEW_ZERO(env, double, 3 * n), *sum = QW_NEW(env, double, 4 * n);
+    for (size_t i = 0; i < 3 * n; i++) way[i] = e->held->place[i] - e->before[i];
+    for (int sweep = 0; sweep < SPREAD_SWEEPS; sweep++) {
+        memset(sum, 0, 4 * n * sizeof *sum);
+        for (uint32_t h = 0; h < 4 * q->face_count; h++) {
+            size_t a = q->corner[h], b = q->corner[qw_quad_next(h)];
+            for (size_t k = 0; k < 3; k++) sum[4 * a + k] += way[3 * b + k], sum[4 * b + k] += way[3 * a + k];
+            sum[4 * a + 3]++, sum[4 * b + 3]++;
+        }
+        for (size_t v = 0; v < n; v++)
+            for (size_t k = 0; k < 3 && !e->curves[v] && !is_corner(e, (uint32_t)v) && sum[4 * v + 3] > 0; k++)
+                way[3 * v + k] = sum[4 * v + k] / sum[4 * v + 3];
+    }
+    for (size_t i = 0; i < 3 * n; i++) e->held->place[i] = e->before[i] + way[i];
+    qw_free(env, sum), qw_free(env, way);
+}
+
+/* ---- right angles */
 
 /* The sum of the squares of the cosines of a quad's corners, and of how uneven its sides are; infinite where a corner
    turns over. */
@@ -82,121 +181,106 @@ static bool is_of(const easing *e, uint32_t v, uint32_t item)
 }
 
 /* Which vertices may go where: those on a curve by two of its edges, none with a neighbour that is on neither. */
-static void find_ways(const easing *e, const uint8_t *stays, uint8_t *on_curve)
+static void find_ways(const easing *e)
 {
     const qw_quadmesh *q = e->quads;
-    for (uint32_t h = 0; h < 4 * q->face_count; h++) {
-        uint32_t twin = q->twin[h], c[2] = {q->corner[h], q->corner[qw_quad_next(h)]};
-        if (twin != QW_NONE && (twin < h || !q->mark || !q->mark[h])) continue;
-        for (int k = 0; k < 2; k++) {
-            if (on_curve[c[k]] < 2) e->end[c[k]][on_curve[c[k]]] = c[1 - k];
-            if (on_curve[c[k]] < 3) on_curve[c[k]]++;
-        }
-    }
     for (uint32_t v = 0; v < q->vertex_count; v++) {
         const uint32_t *of = e->held->of[v];
-        bool is_corner = q->kind && q->kind[v] == QW_VERTEX_CORNER;
-        if (stays[v] || is_corner || of[0] == QW_NONE) continue;
-        if (on_curve[v] == 0) e->ways[v] = 2;
-        if (on_curve[v] == 2 && of[1] != QW_NONE) e->ways[v] = 1;
+        e->ways[v] = 0;
+        if (e->is_even[v] || is_corner(e, v) || of[0] == QW_NONE) continue;
+        if (e->curves[v] == 0) e->ways[v] = 2;
+        if (e->curves[v] == 2 && of[1] != QW_NONE) e->ways[v] = 1;
     }
     for (uint32_t f = 0; f < q->face_count; f++)
         for (int i = 0; i < 4; i++)
             for (int j = 0; j < 4; j++) {
                 uint32_t v = q->corner[4 * (size_t)f + (size_t)i], w = q->corner[4 * (size_t)f + (size_t)j];
                 const uint32_t *of = e->held->of[v];
-                bool is_corner = q->kind && q->kind[w] == QW_VERTEX_CORNER;
-                if (e->ways[v] && !is_corner && !is_of(e, w, of[0]) && !(e->ways[v] == 1 && is_of(e, w, of[1])))
+                if (e->ways[v] && !is_corner(e, w) && !is_of(e, w, of[0]) && !(e->ways[v] == 1 && is_of(e, w, of[1])))
                     e->ways[v] = 0;
             }
 }
 
-/* ---- all of them */
-
-/* Vertices by colour: no two of one colour have a quad in common, so that they may move side by side. */
-typedef struct colors {
-    uint32_t count, *begin, *vertex; /* those of colour i: vertex[begin[i] .. begin[i + 1]) */
-} colors;
-
-static uint32_t color_of(const easing *e, uint32_t v, const uint8_t *color)
-{
-    uint64_t taken = 0;
-    uint32_t free = 0;
-    for (uint32_t k = e->search.begin[v]; k < e->search.begin[v + 1]; k++)
-        for (uint32_t i = 0; i < 4; i++) {
-            uint32_t w = e->quads->corner[(e->search.around[k] & ~3u) + i];
-            if (w < v && color[w] < MOST_COLORS) taken |= (uint64_t)1 << color[w];
-        }
-    while (free < MOST_COLORS && (taken >> free & 1)) free++;
-    return free;
-}
-
-/* Of those that may go somewhere, but for the few that find all colours taken around them. */
-static colors sort_by_color(qw_env *env, const easing *e)
+static void ease_angles(qw_env *env, easing *e)
 {
     uint32_t n = e->quads->vertex_count;
-    uint8_t *color = QW_NEW(env, uint8_t, n);
-    colors c = {0, QW_NEW_ZERO(env, uint32_t, MOST_COLORS + 2), QW_NEW(env, uint32_t, n)};
-    memset(color, MOST_COLORS, n);
-    for (uint32_t v = 0; v < n; v++) {
-        if (!e->ways[v]) continue;
-        color[v] = (uint8_t)color_of(e, v, color);
-        if (color[v] < MOST_COLORS) c.begin[color[v] + 2]++;
-        if (color[v] < MOST_COLORS && color[v] >= c.count) c.count = color[v] + 1u;
-    }
-    for (uint32_t i = 0; i < c.count; i++) c.begin[i + 2] += c.begin[i + 1];
-    for (uint32_t v = 0; v < n; v++)
-        if (color[v] < MOST_COLORS) c.vertex[c.begin[color[v] + 1]++] = v;
-    return c;
+    memset(e->search.awake, 1, n);
+    find_ways(e);
+    for (int sweep = 0; sweep < EASE_SWEEPS && qw_search_all(&e->search, NULL, n); sweep++) qw_heartbeat(env);
 }
 
-typedef struct ease_task {
-    const easing *e;
-    const uint32_t *vertex;
-    uint8_t *moved; /* uint8_t[vertices of the colour] */
-} ease_task;
+/* ---- what became bad */
 
-static void ease_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static double least_sine(const qw_quadmesh *q, uint32_t f, const double *place)
 {
-    (void)block;
-    const ease_task *t = user;
-    for (uint32_t i = begin; i < end; i++) {
-        uint32_t v = t->vertex[i];
-        t->moved[i] = t->e->search.awake[v] && qw_search_vertex(&t->e->search, v);
+    assert(f < q->face_count);
+    double least = 1;
+    double n[3] = {0}, c[4][3], length[4];
+    for (uint32_t i = 0; i < 4; i++) {
+        const double *p = place + 3 * (size_t)q->corner[4 * (size_t)f + i],
+                     *next = place + 3 * (size_t)q->corner[4 * (size_t)f + (i + 1) % 4],
+                     *last = place + 3 * (size_t)q->corner[4 * (size_t)f + (i + 3) % 4];
+        double a[3], b[3];
+        for (int k = 0; k < 3; k++) a[k] = next[k] - p[k], b[k] = last[k] - p[k];
+        qw_cross_doubles(a, b, c[i]);
+        length[i] = sqrt(qw_dot_doubles(a, a) * qw_dot_doubles(b, b));
+        for (int k = 0; k < 3; k++) n[k] += c[i][k];
+    }
+    double size = sqrt(qw_dot_doubles(n, n));
+    for (int i = 0; i < 4; i++)
+        least = fmin(least, size * length[i] > 0 ? qw_dot_doubles(c[i], n) / (size * length[i]) : -1);
+    return least;
+}
+
+typedef struct undoing {
+    const qw_quadmesh *quads;
+    double *place;
+    const double *before;
+    double slack;
+} undoing;
+
+static void find_worse(qw_env *env, void *user, uint8_t *is_worse)
+{
+    (void)env;
+    const undoing *u = user;
+    for (uint32_t f = 0; f < u->quads->face_count; f++) {
+        double is = least_sine(u->quads, f, u->place);
+        is_worse[f] = is < GOOD && is < least_sine(u->quads, f, u->before) - u->slack;
     }
 }
 
-/* Returns whether any vertex of the colour moved. */
-static bool ease_color(qw_env *env, const easing *e, const uint32_t *vertex, uint32_t count, uint8_t *moved)
+static void undo(void *user, uint32_t v, float share)
 {
-    bool any = false;
-    ease_task t = {e, vertex, moved};
-    qw_parallel(env, count, QW_GRAIN_SEARCH, ease_block, &t);
-    for (uint32_t i = 0; i < count; i++)
-        if (moved[i]) qw_wake_around(&e->search, vertex[i]), any = true;
-    return any;
+    (void)share;
+    const undoing *u = user;
+    memcpy(u->place + 3 * (size_t)v, u->before + 3 * (size_t)v, 3 * sizeof *u->place);
 }
 
-void qw_ease_angles(qw_env *env, const qw_quadmesh *quads, const qw_held *held, const uint8_t *stays)
+void qw_undo_bad(qw_env *env, const qw_quadmesh *q, double *place, const double *before, double slack, uint8_t *back)
+{
+    undoing u = {q, place, before, slack};
+    qw_go_back(env, &(qw_going_back){q, true, &u, find_worse, undo}, back);
+}
+
+void qw_even_circles(qw_env *env, const qw_quadmesh *quads, const qw_held *held)
 {
     assert(quads->twin && held->place && held->put);
     uint32_t n = quads->vertex_count;
     qw_scope_begin(env);
-    uint8_t *awake = memset(QW_NEW(env, uint8_t, n), 1, n);
-    easing e = {.quads = quads, .held = held};
-    e.search = (qw_step_search){quads->corner, NULL, held->place, NULL, NULL, awake,
+    double *before = memcpy(QW_NEW(env, double, 3 * (size_t)n), held->place, 3 * (size_t)n * sizeof *before);
+    easing e = {.quads = quads, .held = held, .before = before};
+    e.search = (qw_step_search){quads->corner, NULL, held->place, NULL, NULL, QW_NEW(env, uint8_t, n),
                                 LENGTHS,       &e,   frame_of,    land, NULL, price_of};
     qw_corners_at_vertices(env, quads, &e.search.begin, &e.search.around);
-    e.ways = QW_NEW_ZERO(env, uint8_t, n);
-    e.end = qw_alloc(env, n, sizeof *e.end);
-    find_ways(&e, stays, QW_NEW_ZERO(env, uint8_t, n));
-    colors c = sort_by_color(env, &e);
-    uint8_t *moved = QW_NEW(env, uint8_t, n);
-    bool any = true;
-    for (int sweep = 0; sweep < SWEEPS && any; sweep++) {
-        any = false;
-        for (uint32_t i = 0; i < c.count; i++)
-            any |= ease_color(env, &e, c.vertex + c.begin[i], c.begin[i + 1] - c.begin[i], moved);
-    }
+    e.ways = QW_NEW(env, uint8_t, n), e.curves = QW_NEW_ZERO(env, uint8_t, n), e.is_even = QW_NEW(env, uint8_t, n);
+    e.end = memset(qw_alloc(env, n, sizeof *e.end), 0, n * sizeof *e.end);
+    link_curves(&e);
+    find_circles(&e);
+    even_circles(&e);
+    spread(env, &e);
+    held->settle(held->user);
+    ease_angles(env, &e);
+    qw_undo_bad(env, quads, held->place, before, 1e-12, NULL);
+    ease_angles(env, &e);
     qw_scope_end(env);
 }

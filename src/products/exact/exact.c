@@ -2,7 +2,7 @@
 
 #include "base/mechanisms.h"
 #include "base/constants.h"
-#include "products/exact/rows.h"
+#include "products/exact/ease.h"
 #include "products/limit/fit_shape.h"
 #include "geometry/go_back.h"
 
@@ -27,14 +27,10 @@ typedef struct holding {
     const qw_exact *exact;
     qw_primitive *item; /* of the surface, then planes of its boundaries */
     uint32_t item_count;
-    uint32_t *rim; /* uint32_t[3 faces of the surface]: the plane of a boundary half-edge, or QW_NONE */
-    const qw_curve_tree *curves, *tangents; /* edges where quads have a curve; those where primitives touch */
-    uint32_t (*pair)[2], (*touching)[2];    /* of each segment */
-    qw_vec3 *along;                         /* of each segment of a tangent, unit */
-    const uint32_t *outgoing;
-    uint32_t *was_of;    /* uint32_t[vertices]: what one on a tangent was of */
-    uint8_t *on_tangent; /* uint8_t[vertices]: 1: of a row along one */
-    uint32_t (*of)[2];   /* as of qw_held */
+    uint32_t *rim;               /* uint32_t[3 faces of the surface]: the plane of a boundary half-edge, or QW_NONE */
+    const qw_curve_tree *curves; /* edges where quads have a curve */
+    uint32_t (*pair)[2];         /* of each segment */
+    uint32_t (*of)[2];           /* as of qw_held */
     float *edge;
     double *place;
     const qw_vec3 *normal; /* qw_vec3[vertices]: of the quads at first */
@@ -107,31 +103,20 @@ static bool is_curve(const holding *w, uint32_t h)
     return (double)qw_length(qw_cross(a, b)) > BLUNT || qw_dot(a, b) < 0;
 }
 
-/* Whether a round ends there, or turns into another. */
-static bool is_tangent(const holding *w, uint32_t h)
-{
-    uint32_t twin = w->exact->surface->twin[h], own = w->exact->found->of_face[h / 3];
-    if (twin == QW_NONE || twin < h || own == QW_NONE) return false;
-    uint32_t other = w->exact->found->of_face[twin / 3];
-    return other != QW_NONE && other != own && !is_curve(w, h);
-}
-
-/* The edges of the surface that are some, with what lies on both sides; NULL where none is. */
-static const qw_curve_tree *list_edges(const holding *w, bool (*is_one)(const holding *, uint32_t),
-                                       uint32_t (**pair)[2], qw_vec3 **along)
+/* The edges of the surface that are curves, with what lies on both sides; NULL where none is. */
+static const qw_curve_tree *list_curves(const holding *w, uint32_t (**pair)[2])
 {
     const qw_trimesh *s = w->exact->surface;
     uint32_t count = 0;
-    for (uint32_t h = 0; h < 3 * s->face_count; h++) count += is_one(w, h);
+    for (uint32_t h = 0; h < 3 * s->face_count; h++) count += is_curve(w, h);
     if (count == 0) return NULL;
     qw_vec3 *from = QW_NEW(w->env, qw_vec3, count), *to = QW_NEW(w->env, qw_vec3, count);
-    *pair = qw_alloc(w->env, count, sizeof **pair), *along = QW_NEW(w->env, qw_vec3, count);
+    *pair = qw_alloc(w->env, count, sizeof **pair);
     count = 0;
     for (uint32_t h = 0; h < 3 * s->face_count; h++) {
-        if (!is_one(w, h)) continue;
+        if (!is_curve(w, h)) continue;
         uint32_t twin = s->twin[h];
         from[count] = s->position[s->corner[h]], to[count] = s->position[s->corner[qw_next(h)]];
-        (*along)[count] = qw_normalize(qw_sub(to[count], from[count]));
         (*pair)[count][0] = w->exact->found->of_face[h / 3];
         (*pair)[count++][1] = twin == QW_NONE ? w->rim[h] : w->exact->found->of_face[twin / 3];
     }
@@ -264,11 +249,6 @@ static void keep_to_planes(holding *w)
 static void project(const holding *w, uint32_t v, double p[3])
 {
     const uint32_t *of = w->of[v];
-    if (w->on_tangent[v]) {
-        qw_vec3 at = qw_v3_of_doubles(p);
-        qw_curve_hit hit = qw_curve_nearest(w->tangents, at, w->edge[v]);
-        if (hit.segment != QW_NONE) p[0] = (double)hit.point.x, p[1] = (double)hit.point.y, p[2] = (double)hit.point.z;
-    }
     for (int step = 0; step < STEPS; step++) {
         double g[2][3], d[2] = {0}, share[2] = {0};
         for (int k = 0; k < 2 && of[k] != QW_NONE; k++) d[k] = qw_primitive_distance(&w->item[of[k]], p, g[k]);
@@ -296,119 +276,6 @@ static void look_again(const holding *w, uint32_t v, uint32_t *hint)
     if (hit.face == QW_NONE) return;
     w->of[v][0] = w->exact->found->of_face[hit.face];
     if (w->of[v][0] == QW_NONE) p[0] = (double)hit.point.x, p[1] = (double)hit.point.y, p[2] = (double)hit.point.z;
-}
-
-/* ---- rows along tangents */
-
-/* How far v is from the nearest tangent that it may lie on, if that is less than half an edge. */
-static float tangent_of(const holding *w, uint32_t v, uint32_t *segment)
-{
-    assert(v < w->quads->vertex_count);
-    const double *p = w->place + 3 * (size_t)v;
-    const uint32_t *of = w->of[v];
-    qw_vec3 at = qw_v3_of_doubles(p);
-    qw_curve_hit hit = qw_curve_nearest(w->tangents, at, REACH * w->edge[v]);
-    *segment = hit.segment;
-    if (hit.segment == QW_NONE || of[0] == QW_NONE) return INFINITY;
-    const uint32_t *pair = w->touching[hit.segment];
-    bool is_beside = of[0] == pair[0] || of[0] == pair[1] ||
-                     (of[1] != QW_NONE && (of[1] == pair[0] || of[1] == pair[1]));
-    return is_beside ? sqrtf(hit.distance2) : INFINITY;
-}
-
-/* Whether the side h of a quad runs along the tangent. */
-static bool runs_along(const holding *w, uint32_t h, uint32_t segment)
-{
-    const double *a = w->place + 3 * (size_t)w->quads->corner[h],
-                 *b = w->place + 3 * (size_t)w->quads->corner[qw_quad_next(h)];
-    qw_vec3 way = qw_normalize(qw_v3((float)(b[0] - a[0]), (float)(b[1] - a[1]), (float)(b[2] - a[2])));
-    return fabsf(qw_dot(way, w->along[segment])) > (float)QW_ALONG_AXIS;
-}
-
-static bool goes_straight(const holding *w, uint32_t v)
-{
-    bool on_boundary;
-    return !w->on_curve[v] && qw_quad_valence(w->quads, w->outgoing[v], &on_boundary) == 4 && !on_boundary;
-}
-
-/* Whether h leads to a vertex that a row along a tangent may have: the vertices on both its sides are farther off. */
-static bool stays_along(const holding *w, uint32_t h)
-{
-    assert(h < 4 * w->quads->face_count);
-    const qw_quadmesh *q = w->quads;
-    uint32_t v = q->corner[qw_quad_next(h)], segment, beside;
-    float off = tangent_of(w, v, &segment);
-    if (!(off < INFINITY) || !runs_along(w, h, segment) || (q->kind && q->kind[v] == QW_VERTEX_CORNER)) return false;
-    if (!goes_straight(w, v)) return true;
-    uint32_t left = q->corner[qw_quad_next(qw_quad_next(h))], right = q->corner[qw_quad_prev(q->twin[h])];
-    return tangent_of(w, left, &beside) >= off && tangent_of(w, right, &beside) >= off;
-}
-
-/* Vertices straight on from h, whose first is `start`, until lines end or `start` comes again, into row: their number;
-   0 where one is not along the tangent. */
-static uint32_t walk_tangent(const holding *w, uint32_t h, uint32_t start, uint32_t *row, bool *is_closed)
-{
-    assert(h < 4 * w->quads->face_count && start < w->quads->vertex_count);
-    const qw_quadmesh *q = w->quads;
-    uint32_t count = 0;
-    *is_closed = false;
-    while (count < q->vertex_count && q->twin[h] != QW_NONE && stays_along(w, h)) {
-        uint32_t v = q->corner[qw_quad_next(h)];
-        row[count++] = v;
-        *is_closed = v == start;
-        if (*is_closed || !goes_straight(w, v)) return count;
-        h = qw_quad_next(q->twin[qw_quad_next(h)]);
-    }
-    return 0;
-}
-
-/* The vertices of a row along a tangent go onto it, and belong to both sides. */
-static void put_row(holding *w, const uint32_t *row, uint32_t count)
-{
-    for (uint32_t i = 0; i < count; i++) {
-        uint32_t v = row[i], segment;
-        if (!(tangent_of(w, v, &segment) < INFINITY)) continue;
-        w->on_tangent[v] = 1;
-        w->was_of[v] = w->of[v][0];
-        if (!w->on_curve[v]) memcpy(w->of[v], w->touching[segment], sizeof w->of[v]);
-    }
-    for (uint32_t i = 0; i < count; i++)
-        if (w->on_tangent[row[i]]) project(w, row[i], w->place + 3 * (size_t)row[i]);
-}
-
-static void leave_tangent(void *user, uint32_t v)
-{
-    holding *w = user;
-    w->on_tangent[v] = 0;
-    if (!w->on_curve[v]) w->of[v][0] = w->was_of[v], w->of[v][1] = QW_NONE;
-}
-
-/* Rows of quads that run along a tangent, whole, go onto it. */
-static void find_tangent_rows(void *user)
-{
-    holding *w = user;
-    const qw_quadmesh *q = w->quads;
-    if (!w->tangents) return;
-    uint32_t *row = QW_NEW(w->env, uint32_t, 2 * (size_t)q->vertex_count + 2);
-    uint8_t *seen = QW_NEW_ZERO(w->env, uint8_t, q->vertex_count);
-    for (uint32_t h = 0; h < 4 * q->face_count; h++) {
-        uint32_t v = q->corner[h], segment;
-        if (seen[v] || !goes_straight(w, v) || !(tangent_of(w, v, &segment) < INFINITY)) continue;
-        if (!runs_along(w, h, segment)) continue;
-        bool is_closed, is_again;
-        uint32_t ahead = walk_tangent(w, h, v, row, &is_closed), behind = 0;
-        uint32_t opposite = qw_quad_around(q, qw_quad_around(q, h));
-        if (ahead > 0 && !is_closed) {
-            row[ahead] = v;
-            behind = walk_tangent(w, opposite, v, row + ahead + 1, &is_again);
-        }
-        for (uint32_t i = 0; i < ahead; i++) seen[row[i]] = 1;
-        seen[v] = 1;
-        if (is_closed) put_row(w, row, ahead);
-        else if (behind > 0) put_row(w, row, ahead + 1 + behind);
-        qw_heartbeat(w->env);
-    }
-    qw_free(w->env, seen), qw_free(w->env, row);
 }
 
 static void put_one(void *user, uint32_t v, double p[3]) { project(user, v, p); }
@@ -482,11 +349,7 @@ uint32_t qw_put_on_primitives(qw_env *env, qw_quadmesh *quads, double *place, co
     w.edge = qw_edges_around(env, quads);
     w.of = qw_alloc(env, n, sizeof *w.of);
     find_rims(&w);
-    qw_vec3 *unused;
-    w.curves = list_edges(&w, is_curve, &w.pair, &unused),
-    w.tangents = list_edges(&w, is_tangent, &w.touching, &w.along);
-    w.outgoing = qw_quadmesh_outgoing(env, quads);
-    w.on_tangent = QW_NEW_ZERO(env, uint8_t, n), w.was_of = QW_NEW(env, uint32_t, n);
+    w.curves = list_curves(&w, &w.pair);
     uint8_t *kind = quads->kind;
     forget_bends(&w);
     find_places(&w);
@@ -499,9 +362,7 @@ uint32_t qw_put_on_primitives(qw_env *env, qw_quadmesh *quads, double *place, co
     if (exact->evens && has_rounds(exact->found) && qw_uses(env, QW_MECH_EVEN_ROWS)) {
         qw_did(env, QW_MECH_EVEN_ROWS, 1);
         w.most = 1; /* what goes along with circles is off as far as these turn */
-        qw_even_rows(env, quads,
-                     &(qw_held){w.item, w.item_count, w.of, w.edge, w.place, project_all, put_one, find_tangent_rows,
-                                leave_tangent, w.on_tangent, &w});
+        qw_even_circles(env, quads, &(qw_held){w.item, w.of, w.edge, w.place, project_all, put_one, &w});
         project_all(&w);
     }
     qw_undo_bad(env, quads, place, put, WORSE, NULL);

@@ -1,9 +1,7 @@
 /* Quads on the planes, cylinders, cones, spheres and tori of a designed part: their vertices lie on these to rounding,
- * and not on the triangles that cut the corner; those between two of them on both. Circles have equal edges, circles
- * about one axis that lines of quads join are alike, and these lines run straight along the axis, the rows around it at
- * one height; rows follow the tangents where rounds end. */
-#ifndef QW_PRODUCTS_EXACT_EXACT_H
-#define QW_PRODUCTS_EXACT_EXACT_H
+ * and not on the triangles that cut the corner; those between two of them on both. Circles have equal edges, and angles
+ * around them are eased. */
+#pragma once
 
 #include "geometry/bvh.h"
 #include "products/exact/primitives.h"
@@ -22,5 +20,3 @@ typedef struct qw_exact {
 /* Moves place, double[quads->vertex_count][3] in the frame, and quads->position. quads: linked, with kinds, marks and
    components; no corner of theirs turns over. Returns how many vertices lie on primitives then. */
 uint32_t qw_put_on_primitives(qw_env *env, qw_quadmesh *quads, double *place, const qw_exact *exact);
-
-#endif

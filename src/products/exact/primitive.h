@@ -1,6 +1,5 @@
 /* Planes, cylinders, cones, spheres and tori: distances from them, and those that points lie on. */
-#ifndef QW_PRODUCTS_EXACT_PRIMITIVE_H
-#define QW_PRODUCTS_EXACT_PRIMITIVE_H
+#pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -38,5 +37,3 @@ double qw_fit_primitive(qw_primitive *primitive, qw_primitive_kind kind, const d
                         const qw_facing *facing);
 /* The same from a primitive that is nearly right. */
 double qw_refine_primitive(qw_primitive *primitive, const double *point, uint32_t count);
-
-#endif

@@ -7,8 +7,7 @@
  * sharp edge, or where the surface goes on less bent, as it does at the tangent of a round. A facet that is no part of
  * any is a plane where it ends in the same way. Spheres and tori need a vertex inside instead, and may need no reason.
  */
-#ifndef QW_PRODUCTS_EXACT_PRIMITIVES_H
-#define QW_PRODUCTS_EXACT_PRIMITIVES_H
+#pragma once
 
 #include "products/exact/primitive.h"
 #include "geometry/trimesh.h"
@@ -28,5 +27,3 @@ bool qw_may_be_designed(const qw_trimesh *mesh);
    that planes smaller than one are none. In the current scope. */
 qw_primitives qw_find_primitives(qw_env *env, const qw_trimesh *mesh, const double *position, double sharp,
                                  uint32_t quads);
-
-#endif

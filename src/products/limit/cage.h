@@ -1,6 +1,5 @@
 /* A caller's mesh of quads, subdivided. */
-#ifndef QW_PRODUCTS_LIMIT_CAGE_H
-#define QW_PRODUCTS_LIMIT_CAGE_H
+#pragma once
 
 #include "geometry/quadmesh.h"
 
@@ -12,5 +11,3 @@ qw_mesh_view qw_limit_of_cage(qw_env *env, const qw_mesh_view *cage, uint32_t ti
 /* The marks of quads as a view has them: the ends of the creases, uint32_t[*count][2], and corners twice; NULL where
    there are none. In the current scope. */
 uint32_t *qw_list_creases(qw_env *env, const qw_quadmesh *quads, uint32_t *count);
-
-#endif

@@ -1,6 +1,5 @@
 /* Closed shells that bound a hollow inside another one. */
-#ifndef QW_PRODUCTS_LIMIT_CAVITIES_H
-#define QW_PRODUCTS_LIMIT_CAVITIES_H
+#pragma once
 
 #include "geometry/quadmesh.h"
 
@@ -8,5 +7,3 @@
    not; QW_NONE of all others. position: double[vertices][3]; shell: uint32_t[faces]; closed: uint8_t[shells]. */
 uint32_t *qw_find_cavities(qw_env *env, const qw_quadmesh *quads, const double *position, const uint32_t *shell,
                            uint32_t shells, const uint8_t *closed);
-
-#endif

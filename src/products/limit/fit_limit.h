@@ -6,8 +6,7 @@
  * they were at first, by a little, which keeps the quads as even as they came. The nearest points are looked up a few
  * times anew.
  */
-#ifndef QW_PRODUCTS_LIMIT_FIT_LIMIT_H
-#define QW_PRODUCTS_LIMIT_FIT_LIMIT_H
+#pragma once
 
 #include "products/limit/fit_shape.h"
 
@@ -19,5 +18,3 @@ typedef struct qw_limit_fit {
 /* Moves quads->position. No corner of a quad, nor of the limit surface, turns over. quads: linked, on the shape, with
    kinds, marks and components. */
 void qw_fit_limit(qw_env *env, qw_quadmesh *quads, const qw_limit_fit *fit);
-
-#endif

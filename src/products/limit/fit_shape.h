@@ -1,7 +1,6 @@
 /* The surface that subdivided quads and limit surfaces are fitted to: its triangles and its curves, sharp edges and
  * boundaries, for queries of the nearest point. */
-#ifndef QW_PRODUCTS_LIMIT_FIT_SHAPE_H
-#define QW_PRODUCTS_LIMIT_FIT_SHAPE_H
+#pragma once
 
 #include "geometry/bvh.h"
 
@@ -32,5 +31,3 @@ void qw_put_on_shape(qw_env *env, qw_quadmesh *quads, const qw_shape *shape, con
 
 /* The mean length of the edges at each vertex: float[quads->vertex_count], in the current scope. */
 float *qw_edges_around(qw_env *env, const qw_quadmesh *quads);
-
-#endif

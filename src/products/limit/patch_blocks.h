@@ -1,7 +1,6 @@
 /* Few large patches for many small ones: lines that leave vertices which are not regular go straight on, and the quads
  * between them are grids, of which each is one B-spline surface. */
-#ifndef QW_PRODUCTS_LIMIT_PATCH_BLOCKS_H
-#define QW_PRODUCTS_LIMIT_PATCH_BLOCKS_H
+#pragma once
 
 #include "io/step.h"
 #include "geometry/quadmesh.h"
@@ -9,5 +8,3 @@
 /* The patches of quads (products/limit/patches.h) as blocks; NULL where some of them are no grids. In the current
  * scope. */
 qw_patch_blocks *qw_join_patches(qw_env *env, const qw_quadmesh *quads, const qw_patches *patches);
-
-#endif

@@ -1,6 +1,5 @@
 /* Blocks of patches that lie on one plane, cylinder or cone and hang together are one face there, with its loops. */
-#ifndef QW_PRODUCTS_LIMIT_PATCH_FACES_H
-#define QW_PRODUCTS_LIMIT_PATCH_FACES_H
+#pragma once
 
 #include "io/step.h"
 #include "products/exact/primitive.h"
@@ -13,5 +12,3 @@ void qw_patch_middles(const qw_patches *patches, const qw_patch_blocks *blocks, 
    here. Points of the borders of faces are moved onto their surfaces. In the current scope. */
 qw_patch_faces *qw_find_patch_faces(qw_env *env, const qw_patches *patches, const qw_patch_blocks *blocks,
                                     const qw_primitive *designed, const uint32_t *of_cell);
-
-#endif

@@ -3,8 +3,7 @@
  * and corners the means of what lies around them, so that patches meet without gaps, and smoothly but at irregular
  * vertices.
  */
-#ifndef QW_PRODUCTS_LIMIT_PATCHES_H
-#define QW_PRODUCTS_LIMIT_PATCHES_H
+#pragma once
 
 #include "io/step.h"
 #include "geometry/quadmesh.h"
@@ -21,5 +20,3 @@ static inline bool qw_is_sharp_side(const qw_quadmesh *q, uint32_t h)
 
 /* quads: linked, with their marks and kinds; position: double[quads->vertex_count][3]. In the current scope. */
 qw_patches qw_make_patches(qw_env *env, const qw_quadmesh *quads, const double *position);
-
-#endif

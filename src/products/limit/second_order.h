@@ -1,8 +1,7 @@
 /* Quads of second order: a node at each corner and one on each side, which lies on the surface as far as the element
  * stays one that solvers take.
  */
-#ifndef QW_PRODUCTS_LIMIT_SECOND_ORDER_H
-#define QW_PRODUCTS_LIMIT_SECOND_ORDER_H
+#pragma once
 
 #include "base/env.h"
 
@@ -13,5 +12,3 @@
    were split once, uint32_t[16 elements], four quads an element. Returns how many elements had to be held back. */
 uint32_t qw_hold_sides_back(qw_env *env, double *position, const uint32_t *corner, uint32_t elements,
                             uint32_t vertices);
-
-#endif

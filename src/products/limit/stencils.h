@@ -11,8 +11,7 @@
  *         vertices: the old ones, then the edges, then the middles      |    |    |
  *                   of the faces, in the order of half-edges and faces  +----e----+
  */
-#ifndef QW_PRODUCTS_LIMIT_STENCILS_H
-#define QW_PRODUCTS_LIMIT_STENCILS_H
+#pragma once
 
 #include "geometry/quadmesh.h"
 
@@ -49,5 +48,3 @@ qw_stencils qw_stencils_transpose(qw_env *env, const qw_stencils *s);
 void qw_stencils_apply(qw_env *env, const qw_stencils *s, const double *in, double *out);
 /* The same of positions in single precision. */
 void qw_stencils_place(qw_env *env, const qw_stencils *s, const qw_vec3 *in, qw_vec3 *out);
-
-#endif

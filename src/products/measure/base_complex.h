@@ -9,8 +9,7 @@
  *
  * Half-edge 4 q + i leaves corner i of the q-th quad; direction i & 1 of a quad crosses its edges i and i + 2.
  */
-#ifndef QW_PRODUCTS_MEASURE_BASE_COMPLEX_H
-#define QW_PRODUCTS_MEASURE_BASE_COMPLEX_H
+#pragma once
 
 #include "geometry/polygons.h"
 
@@ -35,5 +34,3 @@ qw_base_complex qw_find_base_complex(qw_env *env, const qw_mesh_view *mesh, cons
 /* Share of the area of the quads, each counted once for either of its chords, in chords that never cross themselves (an
    entry of the score of SQuadGen, ACM TOG 45(4), 2026). Spirals are what is left. */
 double qw_simple_share(const qw_base_complex *complex, const qw_mesh_view *mesh);
-
-#endif

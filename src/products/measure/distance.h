@@ -1,12 +1,11 @@
 /* Distances between a polygon mesh and the surface it stands for; called by qw_measure_mesh. */
-#ifndef QW_PRODUCTS_MEASURE_DISTANCE_H
-#define QW_PRODUCTS_MEASURE_DISTANCE_H
+#pragma once
 
 #include "geometry/polygons.h"
 
 /* Of a triangle of which only the outside is seen: it is a sheet, on either side of which faces may lie; beyond its
  * edge i there is room (QW_SEEN_BEYOND << i), so that one that is sharp is an edge of what is seen. */
-enum { QW_SEEN_BOTH = 1, QW_SEEN_BEYOND = 2 };
+enum qw_seen_flag { QW_SEEN_BOTH = 1, QW_SEEN_BEYOND = 2 };
 
 /* What is known of a surface that it does not say alone. */
 typedef struct qw_sides {
@@ -18,5 +17,3 @@ typedef struct qw_sides {
    sides: may be NULL. */
 void qw_measure_distances(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges,
                           const qw_mesh_view *against, const qw_sides *sides, qw_quality *quality);
-
-#endif

@@ -1,6 +1,5 @@
 /* Whether quads follow the shape of the surface that they stand for; called by qw_measure_distances. */
-#ifndef QW_PRODUCTS_MEASURE_FOLLOW_H
-#define QW_PRODUCTS_MEASURE_FOLLOW_H
+#pragma once
 
 #include "geometry/curvature.h"
 
@@ -14,5 +13,3 @@ void qw_measure_shape(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_ed
    float[count]. */
 void qw_find_quad_angles(qw_env *env, const qw_mesh_view *mesh, const qw_mesh_view *against, const uint32_t *quad,
                          uint32_t count, float *angle, float *weight);
-
-#endif

@@ -1,6 +1,5 @@
 /* What a polygon mesh is worth: topology, quality, and distances to the surface it stands for. */
-#ifndef QW_PRODUCTS_MEASURE_MEASURE_H
-#define QW_PRODUCTS_MEASURE_MEASURE_H
+#pragma once
 
 #include "products/measure/distance.h"
 
@@ -11,5 +10,3 @@
    thread count. */
 void qw_measure_mesh(qw_env *env, const qw_mesh_view *mesh, const qw_mesh_view *against, const qw_sides *sides,
                      qw_topology *topology, qw_quality *quality);
-
-#endif

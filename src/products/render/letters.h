@@ -1,6 +1,5 @@
 /* Text in pictures: a small stroke font of our own, drawn smoothly at any size. */
-#ifndef QW_PRODUCTS_RENDER_LETTERS_H
-#define QW_PRODUCTS_RENDER_LETTERS_H
+#pragma once
 
 #include <stdint.h>
 
@@ -15,5 +14,3 @@ float letters_width(const char *text, float size);
 void letters_draw(picture *p, float x, float y, float size, const uint8_t colour[3], const char *text);
 /* A filled disc, for legends. */
 void letters_disc(picture *p, float x, float y, float radius, const uint8_t colour[3]);
-
-#endif

@@ -1,6 +1,5 @@
 /* What is to be drawn, and how: one mesh of a sheet, the options of all, and the colours that say something. */
-#ifndef QW_PRODUCTS_RENDER_PANEL_H
-#define QW_PRODUCTS_RENDER_PANEL_H
+#pragma once
 
 #include "quadwright/quadwright.h"
 
@@ -39,5 +38,3 @@ extern const uint8_t render_angle_colour[RENDER_ANGLES][3];
  */
 typedef enum render_kind { RENDER_FEW, RENDER_THREE, RENDER_FIVE, RENDER_MANY, RENDER_KINDS } render_kind;
 extern const uint8_t render_kind_colour[RENDER_KINDS][3];
-
-#endif

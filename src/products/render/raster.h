@@ -1,6 +1,5 @@
 /* A z-buffer: which triangle or ball is in front at each sample, nothing about colours. */
-#ifndef QW_PRODUCTS_RENDER_RASTER_H
-#define QW_PRODUCTS_RENDER_RASTER_H
+#pragma once
 
 #include <stdint.h>
 
@@ -35,5 +34,3 @@ void raster_triangle(raster *r, uint32_t top, uint32_t bottom, raster_point a, r
 /* radius in samples. */
 void raster_ball(raster *r, uint32_t top, uint32_t bottom, raster_point centre, float radius, float samples_per_length,
                  uint32_t id);
-
-#endif

@@ -1,6 +1,5 @@
 /* Pictures of meshes: a sheet of views, shaded, with the edges of the polygons and the irregular vertices. */
-#ifndef QW_PRODUCTS_RENDER_RENDER_H
-#define QW_PRODUCTS_RENDER_RENDER_H
+#pragma once
 
 #include "products/render/panel.h"
 
@@ -10,5 +9,3 @@ void render_options_init(render_options *options); /* 1600 by 1200, everything o
    be NULL. */
 qw_status render_sheet(const render_panel *panels, size_t count, const render_options *options, const char *path,
                        const qw_host *host, char *message, size_t message_size);
-
-#endif

@@ -1,6 +1,5 @@
 /* What is drawn of one mesh, before any view is chosen. */
-#ifndef QW_PRODUCTS_RENDER_SCENE_H
-#define QW_PRODUCTS_RENDER_SCENE_H
+#pragma once
 
 #include "products/measure/measure.h"
 #include "geometry/trimesh.h"
@@ -37,5 +36,3 @@ bool scene_box(const qw_mesh_view *mesh, double lo[3], double hi[3]);
 /* What the options ask to be seen of the faces: their own colours, angles, lines, rings, a chord. */
 void scene_paint(qw_env *env, scene *s, const render_panel *panel, const render_options *options);
 scene scene_make(qw_env *env, const qw_mesh_view *mesh, const qw_frame *frame);
-
-#endif

@@ -1,6 +1,5 @@
 /* One view of a scene, drawn into a part of a picture. */
-#ifndef QW_PRODUCTS_RENDER_VIEW_H
-#define QW_PRODUCTS_RENDER_VIEW_H
+#pragma once
 
 #include "products/render/letters.h"
 #include "products/render/raster.h"
@@ -28,5 +27,3 @@ void view_include(const view_camera *camera, const scene *s, view_bounds *bounds
 void view_fit(view_camera *camera, const view_bounds *bounds, const view_area *area);
 void view_draw(qw_env *env, const scene *s, const view_camera *camera, bool wires, bool dots, picture *p,
                view_area area);
-
-#endif

@@ -1,7 +1,6 @@
 /* Sets of cells of a lattice, one bit each, so that a word says and does for 64 cells at once what is asked of one:
  * which are joined across faces to a cell, and which lie in gaps. */
-#ifndef QW_PRODUCTS_WRAP_CELL_SET_H
-#define QW_PRODUCTS_WRAP_CELL_SET_H
+#pragma once
 
 #include "base/env.h"
 
@@ -54,5 +53,3 @@ void qw_flood_from(qw_flood *f, qw_cell_set *from, const uint32_t at[3], qw_cell
 /* Leaves those that are in a ball of such cells, a cube of three across without its corners, and those at the rim of
  * the lattice. Whether others went. */
 bool qw_cell_set_open(qw_env *env, qw_cell_set *c);
-
-#endif

@@ -1,8 +1,7 @@
 /* Places and steps of the vertices of a skin, as shrink.c and skin_features.c share them. Lengths are in units of the
  * lattice.
  */
-#ifndef QW_PRODUCTS_WRAP_EDITS_H
-#define QW_PRODUCTS_WRAP_EDITS_H
+#pragma once
 
 #include "products/wrap/guard.h"
 #include "products/wrap/wrap_target.h"
@@ -18,5 +17,3 @@ void qw_lift(const qw_skin *s, const qw_touch *touch, const double outward[3], d
 void qw_lift_from(const qw_skin *s, double at[3], const double outward[3]);
 /* Moves a vertex as far to a place as the guard allows, by halves; true: all the way. */
 bool qw_step_towards(qw_guard_room *room, uint32_t v, const double to[3]);
-
-#endif

@@ -1,6 +1,5 @@
 /* Holes of a clean surface are closed: boundary loops of few edges. */
-#ifndef QW_PRODUCTS_WRAP_FILL_H
-#define QW_PRODUCTS_WRAP_FILL_H
+#pragma once
 
 #include "remesh/clean/clean.h"
 
@@ -12,5 +11,3 @@ typedef struct qw_fill_counts {
  * would be closed by its own reflection. New triangles come from the polygon of one beside their loop. Changes
  * clean->mesh, its component and source_face: arrays of the current scope. */
 qw_fill_counts qw_fill_holes(qw_env *env, qw_clean *clean, int64_t edges);
-
-#endif

@@ -1,7 +1,6 @@
 /* What keeps a skin from intersecting itself: where its triangles lie, and whether some may be replaced by others. As a
  * skin begins without any intersection and no edit is made that the guard does not allow, it never has one. */
-#ifndef QW_PRODUCTS_WRAP_GUARD_H
-#define QW_PRODUCTS_WRAP_GUARD_H
+#pragma once
 
 #include "products/wrap/skin.h"
 
@@ -72,5 +71,3 @@ bool qw_guard_move(qw_guard_room *room, uint32_t v, qw_wrap_lattice_point to);
 /* The faces lie where they are now: called before and after an edit with those that change. */
 void qw_guard_remove(qw_guard_room *room, uint32_t face);
 void qw_guard_add(qw_guard_room *room, uint32_t face);
-
-#endif

@@ -1,7 +1,6 @@
 /* A fill of triangles that closes a boundary loop: as small as it can be, then refined to the lengths of the loop's
  * edges and smoothed so that it goes on as the surface around it does (Liepa 2003; Kobbelt et al. 1998). */
-#ifndef QW_PRODUCTS_WRAP_HOLE_FILL_H
-#define QW_PRODUCTS_WRAP_HOLE_FILL_H
+#pragma once
 
 #include "base/env.h"
 #include "base/vec.h"
@@ -26,5 +25,3 @@ typedef struct qw_hole_fill {
 
 /* In the current scope. */
 qw_hole_fill qw_make_hole_fill(qw_env *env, const qw_hole_rim *rim);
-
-#endif

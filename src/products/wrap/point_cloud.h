@@ -2,8 +2,7 @@
  * cells of the Voronoi diagram in its tangent plane touch its own. The stars of neighbours need not agree: they all lie
  * on the surface that the points were taken from, and a skin goes around them. No orientation is needed: outside is
  * outside. */
-#ifndef QW_PRODUCTS_WRAP_POINT_CLOUD_H
-#define QW_PRODUCTS_WRAP_POINT_CLOUD_H
+#pragma once
 
 #include "base/env.h"
 
@@ -14,5 +13,3 @@ uint32_t qw_triangles_of_points(qw_env *env, const double *position, uint32_t co
 /* double[count][3], in the current scope: the positions, of which those that are noise beside how far points are apart
  * lie on one sheet. The two sides of a plate thinner than that become one. position: as above. */
 double *qw_flatten_points(qw_env *env, const double *position, uint32_t count);
-
-#endif

@@ -1,8 +1,7 @@
 /* Exact predicates over points with whole coordinates. Every answer is right: coordinates are below 2^QW_LATTICE_BITS,
  * so that differences and their products are exact in double precision; only the last product of an orientation may be
  * rounded, and where its sign is not certain it is found again in 128-bit integers. */
-#ifndef QW_PRODUCTS_WRAP_PREDICATES_H
-#define QW_PRODUCTS_WRAP_PREDICATES_H
+#pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -27,5 +26,3 @@ void qw_exact_normal(const qw_wrap_lattice_point *a, const qw_wrap_lattice_point
  * Their first `shared` corners are the same points of the surface, in this order: 0: they are to be disjoint; 1: to
  * meet there only; 2: along that edge only. Both have an area. */
 bool qw_triangles_collide(const qw_wrap_lattice_point a[3], const qw_wrap_lattice_point b[3], int shared);
-
-#endif

@@ -1,7 +1,6 @@
 /* The skin of a wrap: a closed, manifold triangle mesh whose vertices are points of a lattice of whole numbers, and
  * what edits it. Nothing here asks whether it intersects itself: guard.h does. */
-#ifndef QW_PRODUCTS_WRAP_SKIN_H
-#define QW_PRODUCTS_WRAP_SKIN_H
+#pragma once
 
 #include "products/wrap/wrap_lattice.h"
 
@@ -45,5 +44,3 @@ bool qw_skin_can_collapse(const qw_skin *s, uint32_t h);
 void qw_skin_collapse(qw_skin *s, uint32_t h);
 /* Renumbers what is alive. */
 void qw_skin_pack(qw_skin *s);
-
-#endif

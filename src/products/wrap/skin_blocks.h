@@ -2,8 +2,7 @@
  * a kind lie a block apart: each has a room of its own, half a block wider on every side than itself. Blocks of one
  * kind are worked through at once, one kind after another; what reaches out of its room comes last, in order. What is
  * made does not depend on the number of threads. */
-#ifndef QW_PRODUCTS_WRAP_SKIN_BLOCKS_H
-#define QW_PRODUCTS_WRAP_SKIN_BLOCKS_H
+#pragma once
 
 #include "products/wrap/guard.h"
 
@@ -22,5 +21,3 @@ uint32_t qw_living_vertex(void *user, const qw_skin *s, uint32_t item);
 
 /* For the items 0..count-1. */
 void qw_in_blocks(qw_env *env, qw_guard *g, uint32_t count, const qw_block_work *work);
-
-#endif

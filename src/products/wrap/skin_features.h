@@ -1,6 +1,5 @@
 /* Sharp edges of the input on the skin: vertices are put on them, and edges between those. */
-#ifndef QW_PRODUCTS_WRAP_SKIN_FEATURES_H
-#define QW_PRODUCTS_WRAP_SKIN_FEATURES_H
+#pragma once
 
 #include "products/wrap/guard.h"
 #include "products/wrap/wrap_target.h"
@@ -20,5 +19,3 @@ void qw_split_at_features(qw_env *env, qw_guard *g, const qw_wrap_target *target
 void qw_flip_to_features(qw_env *env, qw_guard *g, const qw_wrap_target *target, const qw_near_faces *near);
 /* Collapses edges much shorter than a cell, unless the skin would leave the input. */
 void qw_collapse_short(qw_env *env, qw_guard *g, const qw_wrap_target *target);
-
-#endif

@@ -1,6 +1,5 @@
 /* What a wrap has done to its input, for the report. */
-#ifndef QW_PRODUCTS_WRAP_STATS_H
-#define QW_PRODUCTS_WRAP_STATS_H
+#pragma once
 
 #include "products/wrap/skin.h"
 #include "products/wrap/wrap_target.h"
@@ -20,5 +19,3 @@ qw_wrap_stats qw_wrap_stats_of(qw_env *env, const qw_wrap_lattice *lattice, cons
 
 /* The share of the area of the triangles that is not seen from outside. */
 double qw_hidden_area(const qw_wrap_lattice *lattice, const qw_wrap_triangles *triangles);
-
-#endif

@@ -1,6 +1,5 @@
 /* The part of a surface that is seen from outside, for measuring against it. */
-#ifndef QW_PRODUCTS_WRAP_VISIBLE_H
-#define QW_PRODUCTS_WRAP_VISIBLE_H
+#pragma once
 
 #include "base/env.h"
 #include "geometry/clean_input.h"
@@ -10,5 +9,3 @@
  * the result], QW_SEEN_ flags (products/measure/distance.h); may be NULL. Fails as qw_wrap does. In the caller's scope;
  * vertices of the input come first. */
 qw_clean_input qw_visible_part(qw_env *env, const qw_clean_input *input, double distance, uint8_t **seen);
-
-#endif

@@ -1,6 +1,5 @@
 /* A skin around anything: docs/dev/decisions/wrap.md. */
-#ifndef QW_PRODUCTS_WRAP_WRAP_H
-#define QW_PRODUCTS_WRAP_WRAP_H
+#pragma once
 
 #include "base/env.h"
 #include "geometry/clean_input.h"
@@ -41,5 +40,3 @@ double qw_wrap_distance_for(qw_env *env, const qw_clean_input *input, double qua
 double qw_wrap_hidden(qw_env *env, const qw_clean_input *input);
 /* The diagonal of the box of the vertices that have faces. */
 double qw_wrap_diagonal(const qw_clean_input *input);
-
-#endif

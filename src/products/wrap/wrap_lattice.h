@@ -1,8 +1,7 @@
 /* The lattice of a wrap: cubic cells about the input, those that the input meets, and those that are reached from
  * outside through cells that it does not meet. What is not outside is inside; gaps narrower than a cell are closed, or
  * than three where that is asked for, and what lies within a shell is inside with it. */
-#ifndef QW_PRODUCTS_WRAP_WRAP_LATTICE_H
-#define QW_PRODUCTS_WRAP_WRAP_LATTICE_H
+#pragma once
 
 #include "products/wrap/cell_set.h"
 #include "products/wrap/predicates.h"
@@ -52,5 +51,3 @@ bool qw_point_is_seen(const qw_wrap_lattice *l, const double point[3]);
 /* Whether the cells that a triangle meets are seen: all, some or none. */
 enum { QW_HIDDEN, QW_SEEN, QW_SEEN_PARTLY };
 int qw_triangle_is_seen(const qw_wrap_lattice *l, const double p[3][3]);
-
-#endif

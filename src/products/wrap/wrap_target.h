@@ -1,7 +1,6 @@
 /* The input as the skin sees it: the triangles that the outside comes near to, and the nearest points on them. Lengths
  * are in units of the lattice. */
-#ifndef QW_PRODUCTS_WRAP_WRAP_TARGET_H
-#define QW_PRODUCTS_WRAP_WRAP_TARGET_H
+#pragma once
 
 #include "products/wrap/wrap_lattice.h"
 
@@ -37,5 +36,3 @@ qw_vec3 qw_in_tree(const double point[3]);
 qw_touch qw_wrap_target_nearest(const qw_wrap_target *t, const double point[3], uint32_t hint);
 /* A place that is nearer than `enough`, or where there is none the nearest. */
 qw_touch qw_wrap_target_near(const qw_wrap_target *t, const double point[3], uint32_t hint, double enough);
-
-#endif

@@ -13,8 +13,7 @@
  * their own (own_frame.h); smooth out folds in flat places (unfold.h), the only other thing that moves vertices. A
  * surface without any face of non-zero area fails with QW_ONLY_DEGENERATE, one without faces with QW_NO_FACES.
  */
-#ifndef QW_REMESH_CLEAN_CLEAN_H
-#define QW_REMESH_CLEAN_CLEAN_H
+#pragma once
 
 #include "geometry/clean_input.h"
 #include "remesh/clean/own_frame.h"
@@ -48,5 +47,3 @@ qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input, double least
 
 /* The place of a point of the clean surface in the coordinates of the input. */
 void qw_place_in_input(const qw_clean *clean, qw_vec3 point, double place[3]);
-
-#endif

@@ -17,7 +17,7 @@
 /* Most area of a flap, as a share of the square of the bounding box's diagonal: a hundredth of it wide and long. */
 static const double FLAP_AREA = 1e-4;
 
-enum {
+enum copy_kind {
     SINGLE = 0,
     DROPPED = QW_FACE_DROPPED,
     HOLLOW = QW_FACE_BOTH

@@ -5,8 +5,7 @@
  *        \     / \    /          those of the row below, are the same
  *         \   /   \  /
  */
-#ifndef QW_REMESH_CLEAN_JUNCTIONS_H
-#define QW_REMESH_CLEAN_JUNCTIONS_H
+#pragma once
 
 #include "remesh/clean/sheets.h"
 
@@ -18,5 +17,3 @@
    of splits. */
 uint32_t qw_sew_junctions(qw_env *env, qw_sheets *s, double tolerance, const qw_edges *edges, const uint8_t *only,
                           uint8_t *sewn);
-
-#endif

@@ -1,6 +1,5 @@
 /* Edges that the input marks as sharp, found again on the clean surface. */
-#ifndef QW_REMESH_CLEAN_MARKS_H
-#define QW_REMESH_CLEAN_MARKS_H
+#pragma once
 
 #include "geometry/clean_input.h"
 #include "geometry/trimesh.h"
@@ -18,5 +17,3 @@ typedef struct qw_mark_ends {
 } qw_mark_ends;
 qw_mark_ends qw_find_mark_ends(qw_env *env, const qw_clean_input *input, const qw_frame *frame);
 bool qw_is_mark_end(const qw_mark_ends *ends, qw_vec3 place);
-
-#endif

@@ -6,8 +6,7 @@
  * beside the frame's box, so that its vertices tell by where they lie that they belong there, and on the way out each
  * is taken back.
  */
-#ifndef QW_REMESH_CLEAN_OWN_FRAME_H
-#define QW_REMESH_CLEAN_OWN_FRAME_H
+#pragma once
 
 #include "base/vec.h"
 #include "remesh/clean/sheets.h"
@@ -41,5 +40,3 @@ qw_vec3 qw_enter_own_frame(const qw_own_frames *own, uint32_t slot, const double
 
 /* Whether twice the area of face f exceeds what the rounding of its written coordinates can make. */
 bool qw_face_has_area(const qw_sheets *s, uint32_t f, double offset);
-
-#endif

@@ -1,13 +1,12 @@
 /* From triangles connected in any way to an oriented manifold: which sides meet at each edge, which way each face is
  * turned, and which corners share a vertex. qw_clean_surface calls these in the order they stand here. */
-#ifndef QW_REMESH_CLEAN_SHEETS_H
-#define QW_REMESH_CLEAN_SHEETS_H
+#pragma once
 
 #include "geometry/edges.h"
 
 /* QW_FACE_BOTH: the file has the face from both sides, as often the one as the other, so that it may be turned either
  * way. */
-enum { QW_FACE_DROPPED = 1, QW_FACE_BOTH = 2 };
+enum qw_face_fate { QW_FACE_DROPPED = 1, QW_FACE_BOTH = 2 };
 
 typedef struct qw_sheets {
     uint32_t vertex_count, face_count;
@@ -81,5 +80,3 @@ uint32_t qw_drop_small_components(qw_env *env, qw_sheets *s, double least_share)
 /* Cutting may leave two edges between the same two vertices. Splits all but one of such edges, and their faces, in the
    middle, so that two vertices tell an edge again. Returns the number of edges split. */
 uint32_t qw_split_parallel_edges(qw_env *env, qw_sheets *s);
-
-#endif

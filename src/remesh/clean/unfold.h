@@ -4,13 +4,10 @@
  *
  * Two-sided sheets and folds in curved places stay: they are shape. So do vertices on a boundary.
  */
-#ifndef QW_REMESH_CLEAN_UNFOLD_H
-#define QW_REMESH_CLEAN_UNFOLD_H
+#pragma once
 
 #include "geometry/clean_input.h"
 #include "geometry/trimesh.h"
 
 /* Moves vertices, but none at which a mark of the input ends, as marks are known by their places; returns how many. */
 uint32_t qw_unfold(qw_env *env, const qw_clean_input *input, const qw_frame *frame, qw_trimesh *mesh);
-
-#endif

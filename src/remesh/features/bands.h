@@ -8,8 +8,7 @@
  *        | o                     | o
  *        |/                      |/
  */
-#ifndef QW_REMESH_FEATURES_BANDS_H
-#define QW_REMESH_FEATURES_BANDS_H
+#pragma once
 
 #include "remesh/features/graph.h"
 
@@ -24,5 +23,3 @@ typedef struct qw_bands {
    room. One that is from half as wide to twice as wide all along has room or has none as a whole, by what most of its
    length is. In the current scope. */
 qw_bands qw_find_bands(qw_env *env, const qw_trimesh *mesh, const qw_feature_graph *graph, const float *least);
-
-#endif

@@ -1,6 +1,5 @@
 /* Which feature curves the quads can follow, decided before there are fields. */
-#ifndef QW_REMESH_FEATURES_DECIDE_H
-#define QW_REMESH_FEATURES_DECIDE_H
+#pragma once
 
 #include "remesh/features/verdict.h"
 #include "geometry/trimesh.h"
@@ -15,5 +14,3 @@ uint8_t *qw_decide_curves(qw_env *env, const qw_trimesh *mesh, const float *leas
 
 /* Takes the marks off feature edges that are not kept. Returns the number of edges that lost theirs. */
 int64_t qw_unmark_curves(qw_trimesh *mesh, const uint8_t *verdict);
-
-#endif

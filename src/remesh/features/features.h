@@ -1,6 +1,5 @@
 /* Sharp edges of a surface. */
-#ifndef QW_REMESH_FEATURES_FEATURES_H
-#define QW_REMESH_FEATURES_FEATURES_H
+#pragma once
 
 #include "geometry/trimesh.h"
 
@@ -13,5 +12,3 @@
    the number of marked edges; *used: the angle in radians that decided (the seeds' when it was found). Allocates
    mesh->mark. */
 int64_t qw_find_features(qw_env *env, qw_trimesh *mesh, double angle, float quad_edge, double *used);
-
-#endif

@@ -6,8 +6,7 @@
  *      |   ledge     |
  *      o-------------o
  */
-#ifndef QW_REMESH_FEATURES_GRAPH_H
-#define QW_REMESH_FEATURES_GRAPH_H
+#pragma once
 
 #include "remesh/features/verdict.h"
 #include "geometry/trimesh.h"
@@ -51,5 +50,3 @@ static inline uint32_t qw_lower_half(const qw_trimesh *mesh, uint32_t h)
     uint32_t t = mesh->twin[h];
     return t < h ? t : h;
 }
-
-#endif

@@ -1,7 +1,6 @@
 /* Creases that were sampled (marching cubes, remeshing, generators): bands of chamfers, each of whose edges is below
  * the angle of a sharp one. Found as the lines where two smooth sides meet (sides.h), and made sharp again. */
-#ifndef QW_REMESH_FEATURES_SHARPEN_H
-#define QW_REMESH_FEATURES_SHARPEN_H
+#pragma once
 
 #include "geometry/trimesh.h"
 
@@ -11,5 +10,3 @@
    shorter is no crease. Returns false where the surface stays as it is; else its arrays are new, in the caller's scope.
  */
 bool qw_sharpen(qw_env *env, qw_trimesh *surface, const qw_census *census, float quad_edge);
-
-#endif

@@ -1,6 +1,5 @@
 /* A smooth side of a surface as a quadric: a height over its plane, fitted to the vertices of one side near a point. */
-#ifndef QW_REMESH_FEATURES_SIDE_FIT_H
-#define QW_REMESH_FEATURES_SIDE_FIT_H
+#pragma once
 
 #include "remesh/features/sides.h"
 
@@ -22,5 +21,3 @@ qw_vec3 qw_meet_sides(const qw_side_fit *const *fit, int count, qw_vec3 from);
 /* Height of a point over the side, and the unit normal there. */
 double qw_height_over(const qw_side_fit *fit, qw_vec3 point);
 qw_vec3 qw_normal_of(const qw_side_fit *fit, qw_vec3 point);
-
-#endif

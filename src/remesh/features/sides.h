@@ -5,8 +5,7 @@
  * evenest and whose plane it lies in best (Kuwahara et al. 1976, for images), so that sides go on right up to where
  * they meet: nothing is rounded, and where three meet there are three.
  */
-#ifndef QW_REMESH_FEATURES_SIDES_H
-#define QW_REMESH_FEATURES_SIDES_H
+#pragma once
 
 #include "geometry/trimesh.h"
 
@@ -40,5 +39,3 @@ typedef struct qw_vertex_ball {
 } qw_vertex_ball;
 /* barred: uint8_t[3 face_count]: edges that are not to be crossed; NULL: none. */
 void qw_collect_ball(const qw_sides *s, uint32_t v, float radius, const uint8_t *barred, qw_vertex_ball *ball);
-
-#endif

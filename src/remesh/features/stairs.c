@@ -17,7 +17,7 @@ static const double BALL = 2.0;
 static const double MOST_TURN = 0.5;      /* of all the turning: what is left of it */
 static const float IN_LINE = 0.94f;       /* cosine of 20 degrees between the mean normal and a face's */
 static const double LEAST_DENSITY = 0.25; /* length of the sharp edges times the size, over the area */
-enum { BACK = 1, ASKEW = 2 };
+enum step_flag { BACK = 1, ASKEW = 2 };
 
 typedef struct stairs_task {
     const qw_trimesh *mesh;

@@ -1,6 +1,5 @@
 /* Stairs: the terraces of voxels and of quantised heights, whose steps are as small as the quads. */
-#ifndef QW_REMESH_FEATURES_STAIRS_H
-#define QW_REMESH_FEATURES_STAIRS_H
+#pragma once
 
 #include "geometry/trimesh.h"
 
@@ -19,5 +18,3 @@ typedef struct qw_step_networks {
    have. */
 void qw_find_steps(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, const qw_step_networks *networks,
                    float size, qw_steps *steps);
-
-#endif

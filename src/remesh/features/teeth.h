@@ -1,7 +1,6 @@
 /* Teeth of marked lines: jags smaller than the quads, as borders of labels and materials have that run along the edges
  * of some triangulation. Quads that followed them would turn at each. */
-#ifndef QW_REMESH_FEATURES_TEETH_H
-#define QW_REMESH_FEATURES_TEETH_H
+#pragma once
 
 #include "geometry/trimesh.h"
 
@@ -11,5 +10,3 @@
    at sharp edges stay, as do those that are held, uint8_t[vertices], NULL: none. Returns how many corners were teeth;
    the positions are new, in the current scope, where there are any. */
 uint32_t qw_smooth_teeth(qw_env *env, qw_trimesh *mesh, double edge, bool with_boundary, const uint8_t *held);
-
-#endif

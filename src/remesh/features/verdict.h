@@ -1,7 +1,6 @@
 /* What becomes of the feature curves, edge by edge of the working mesh: kept, or why not. Decided once, by the table
  * verdicts.def; later stages read it. */
-#ifndef QW_REMESH_FEATURES_VERDICT_H
-#define QW_REMESH_FEATURES_VERDICT_H
+#pragma once
 
 #include <stdint.h>
 
@@ -20,5 +19,3 @@ extern const qw_curve_verdict_row qw_curve_verdict_rows[QW_CURVE_VERDICTS];
 /* Sets of verdicts. */
 #define QW_VERDICT_BIT(verdict) (1u << (verdict))
 enum { QW_ALL_CURVES = (1 << QW_CURVE_VERDICTS) - 1 - (1 << QW_CURVE_NONE) };
-
-#endif

@@ -5,8 +5,7 @@
  * bump or a dent of noise has principal directions too; but those of a limb, a rim or a fold go on beside it, while
  * those of noise are other ones a quad further. So the directions are carried around by the connection and averaged,
  * and count as much as their mean is long compared with the mean of their lengths. */
-#ifndef QW_REMESH_FIELD_ALIGNMENT_H
-#define QW_REMESH_FIELD_ALIGNMENT_H
+#pragma once
 
 #include "remesh/field/connection_level.h"
 #include "geometry/trimesh.h"
@@ -24,5 +23,3 @@ void qw_pull_along(qw_env *env, qw_connection_level *c, const qw_vec3 *axis, qw_
 /* Adds the pull of directions that the caller of the library has asked for to the finest level: so strong that little
    but curves can turn a cross from them. asked: qw_vec3[vertex_count], tangents as long as they count, 0 to 1. */
 void qw_pull_to_asked(qw_env *env, qw_connection_level *c, const qw_vec3 *axis, const qw_vec3 *asked, float *pulled);
-
-#endif

@@ -12,8 +12,7 @@
  * A vertex of a coarser level stands for the free vertices below it, their crosses being parallel copies of its own:
  * z_child = along z_parent. Its row is the exact energy of such copies (Galerkin), so a coarse level knows how the
  * surface below it turns, however much it is bent, and what constrained vertices want of it. */
-#ifndef QW_REMESH_FIELD_CONNECTION_H
-#define QW_REMESH_FIELD_CONNECTION_H
+#pragma once
 
 #include "remesh/field/connection_level.h"
 
@@ -32,5 +31,3 @@ qw_connection qw_connection_build(qw_env *env, const qw_hierarchy *hierarchy, co
 
 /* The energy of z: qw_phasor[vertex_count] on the level. Constrained vertices have none among themselves. */
 double qw_connection_energy(const qw_connection_level *c, const qw_phasor *z);
-
-#endif

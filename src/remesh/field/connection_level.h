@@ -1,6 +1,5 @@
 /* One level of the connection Laplacian that remesh/field/connection.h describes, and the complex numbers on it. */
-#ifndef QW_REMESH_FIELD_CONNECTION_LEVEL_H
-#define QW_REMESH_FIELD_CONNECTION_LEVEL_H
+#pragma once
 
 #include "remesh/field/hierarchy.h"
 
@@ -41,5 +40,3 @@ typedef struct qw_connection_level {
                          are constrained */
     double pulled;    /* sum of the weights in pull on level 0 */
 } qw_connection_level;
-
-#endif

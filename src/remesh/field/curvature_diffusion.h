@@ -7,8 +7,7 @@
  * does over the time radius^2: opposite curvatures near one another cancel, none is lost, and what is far from a bump
  * knows nothing of it. Normals stay as they are; smoothing these instead until as many singularities are gone bends the
  * field, and offsets measured with them, away from the surface. */
-#ifndef QW_REMESH_FIELD_CURVATURE_DIFFUSION_H
-#define QW_REMESH_FIELD_CURVATURE_DIFFUSION_H
+#pragma once
 
 #include "remesh/field/hierarchy.h"
 
@@ -20,5 +19,3 @@
    singularities come up where rows of quads have to end. In the current scope. */
 float *qw_diffuse_curvature(qw_env *env, const qw_trimesh *mesh, const qw_level *level, const float *radius,
                             const float *size);
-
-#endif

@@ -1,6 +1,5 @@
 /* Orientation field by Eq. (1) of the paper, crosses compared in space. */
-#ifndef QW_REMESH_FIELD_EXTRINSIC_H
-#define QW_REMESH_FIELD_EXTRINSIC_H
+#pragma once
 
 #include "remesh/field/hierarchy.h"
 #include "base/rosy.h"
@@ -21,5 +20,3 @@ static inline uint64_t qw_scramble(uint64_t seed, uint32_t v)
     z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
     return z ^ (z >> 31);
 }
-
-#endif

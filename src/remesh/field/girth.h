@@ -5,8 +5,7 @@
  * stretched by the right factor it would turn no more. The logarithm of that factor is found by least squares. It is
  * that of the width of the rows, but for a constant, and what it differs by from that of the wanted edge length is how
  * much too wide or too narrow rows are. */
-#ifndef QW_REMESH_FIELD_GIRTH_H
-#define QW_REMESH_FIELD_GIRTH_H
+#pragma once
 
 #include "geometry/trimesh.h"
 
@@ -15,5 +14,3 @@
    changes there, in 1 / length. */
 double qw_girth_spread(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, const qw_vec3 *orientation,
                        const float *size, float *slope);
-
-#endif

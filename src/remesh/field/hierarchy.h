@@ -5,8 +5,7 @@
  * normals are means weighted by area, but what a curve or corner holds stays there. Every level is coloured, so that
  * Gauss-Seidel can update all vertices of a colour in parallel and give the same answer at any thread count.
  */
-#ifndef QW_REMESH_FIELD_HIERARCHY_H
-#define QW_REMESH_FIELD_HIERARCHY_H
+#pragma once
 
 #include "geometry/trimesh.h"
 
@@ -58,5 +57,3 @@ void qw_find_constraints(qw_env *env, const qw_trimesh *mesh, bool with_boundary
    two curves differ by a quarter turn there. */
 void qw_open_sharp_corners(qw_env *env, const qw_trimesh *mesh, bool with_boundary, const uint8_t *constraint,
                            qw_vec3 *direction);
-
-#endif

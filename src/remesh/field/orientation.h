@@ -1,6 +1,5 @@
 /* Orientation field: a cross at every vertex, that turns as little as can be. */
-#ifndef QW_REMESH_FIELD_ORIENTATION_H
-#define QW_REMESH_FIELD_ORIENTATION_H
+#pragma once
 
 #include "remesh/field/hierarchy.h"
 #include "base/rosy.h"
@@ -24,5 +23,3 @@ void qw_balance_creases(qw_env *env, const qw_trimesh *mesh, qw_vec3 *normal);
    half on protrusions that are thinner than that; may be NULL. */
 void qw_smooth_normals(qw_env *env, const qw_trimesh *mesh, const float *size, float radius, qw_vec3 *normal,
                        float *share);
-
-#endif

@@ -3,8 +3,7 @@
  * A plane bends nowhere, so that the shape asks for nothing there; but lines that part around a hole are to be straight
  * again behind it. The edges around a plane vote for their directions by the fourth power of the angle: those of a
  * rectangle agree, those of holes and discs cancel. */
-#ifndef QW_REMESH_FIELD_PLANE_DIRECTIONS_H
-#define QW_REMESH_FIELD_PLANE_DIRECTIONS_H
+#pragma once
 
 #include "geometry/trimesh.h"
 
@@ -12,5 +11,3 @@
    that way, 0 to 1; where they are longer they stay. normal, cross, direction: qw_vec3[vertex_count]. */
 void qw_direct_planes(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal, const qw_vec3 *cross,
                       qw_vec3 *direction);
-
-#endif

@@ -1,6 +1,5 @@
 /* Pairs of lines that may meet: what is seen from a cone along its lines, in the real layout. */
-#ifndef QW_REMESH_MEETINGS_CANDIDATES_H
-#define QW_REMESH_MEETINGS_CANDIDATES_H
+#pragma once
 
 #include "remesh/meetings/segment.h"
 
@@ -35,5 +34,3 @@ void qw_add_candidates(qw_env *env, const qw_outlook *outlook, uint32_t begin, u
 void qw_sort_candidates(qw_candidates *c);
 /* The same two cones, either seen from the other in the same place. */
 bool qw_is_same_candidate(const qw_candidate *a, const qw_candidate *b);
-
-#endif

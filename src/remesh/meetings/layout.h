@@ -3,11 +3,9 @@
  *
  * Lines: at each cone as many lattice lines begin as quads meet there. They are numbered around it, by the quarter
  * turns of the real layout, from the vertex's first half-edge on. */
-#ifndef QW_REMESH_MEETINGS_LAYOUT_H
-#define QW_REMESH_MEETINGS_LAYOUT_H
+#pragma once
 
 #include "remesh/quantise/complex_components.h"
-#include "remesh/quantise/double2.h"
 
 enum { QW_MOST_LINES = 32 }; /* of a cone; one with more counts as none */
 
@@ -55,13 +53,6 @@ void qw_layout_number(qw_layout *l);
    that is more, and lengths that say nothing. */
 int64_t qw_layout_measure(qw_layout *l, int32_t most, int64_t most_sum, int32_t *length);
 
-/* The real offset along a half-edge, in the frame of its triangle. */
-static inline qw_double2 qw_along(const qw_complex *c, uint32_t h)
-{
-    qw_real2 d = c->real[c->edge[h]];
-    return qw_turned2(c->rot[h], (qw_double2){(double)d.x, (double)d.y});
-}
-
 static inline uint32_t qw_across(const qw_complex *c, uint32_t h)
 {
     uint32_t e = c->edge[h];
@@ -82,5 +73,3 @@ static inline unsigned qw_quarter_of(qw_double2 d)
     if (d.y > d.x && d.y <= -d.x) return 2;
     return 3;
 }
-
-#endif

@@ -10,8 +10,7 @@
  * Patches are as many as crossings of lines, but for a constant (Euler), so few where lines are short. That the
  * positions of singularities are chosen for a coarse layout is an idea of Campen and Kobbelt 2014 and Lyon et al. 2021;
  * the method here is our own. */
-#ifndef QW_REMESH_MEETINGS_MEETINGS_H
-#define QW_REMESH_MEETINGS_MEETINGS_H
+#pragma once
 
 #include "remesh/quantise/complex_components.h"
 
@@ -34,5 +33,3 @@ typedef struct qw_meeting_counts {
 /* d: qw_int2[edges of the component], which obey Eq. (3) and do so afterwards. */
 qw_meeting_counts qw_make_meetings(qw_env *env, const qw_component *component, const qw_meeting_request *request,
                                    qw_int2 *d);
-
-#endif

@@ -1,7 +1,6 @@
 /* A straight segment between two vertices of a layout becomes edges: others are flipped away, and where it crosses
    constrained ones a vertex is put on them. */
-#ifndef QW_REMESH_MEETINGS_SEGMENT_H
-#define QW_REMESH_MEETINGS_SEGMENT_H
+#pragma once
 
 #include "remesh/meetings/layout.h"
 
@@ -15,5 +14,3 @@ typedef struct qw_segment {
 /* Returns false where a parallel constrained edge is in the way, or too little room; the layout is to be copied back
    then. The steps of the edges that it becomes are left as they are, also where they are constrained to none. */
 bool qw_make_segment(qw_env *env, qw_layout *l, qw_segment s);
-
-#endif

@@ -6,8 +6,7 @@
  * which single offsets rise or fall by one, are taken at random, also when they make matters worse by less than a
  * threshold that falls to zero (threshold accepting, Dueck and Scheuer 1990). Of several such searches, which begin
  * with different thresholds, the best is taken. */
-#ifndef QW_REMESH_MEETINGS_STRIP_SEARCH_H
-#define QW_REMESH_MEETINGS_STRIP_SEARCH_H
+#pragma once
 
 #include "remesh/meetings/tries.h"
 
@@ -20,5 +19,3 @@ typedef struct qw_strip_search_counts {
    that may be done. lane_bytes: as of qw_tries_begin. */
 qw_strip_search_counts qw_search_strips(qw_env *env, const qw_meeting_terms *terms, qw_complex *c, double share,
                                         size_t lane_bytes);
-
-#endif

@@ -3,8 +3,7 @@
  * A strip is a curve half-way between two lattice lines. It crosses edges of the complex at half-integer places, as
  * many as a component of the offset is long, and passes each triangle straight on: what it meets is known from the
  * places alone, without any quad (normal curves, as of Haken 1961). A quad lies where two strips cross. */
-#ifndef QW_REMESH_MEETINGS_STRIPS_H
-#define QW_REMESH_MEETINGS_STRIPS_H
+#pragma once
 
 #include "remesh/quantise/complex.h"
 
@@ -48,5 +47,3 @@ void qw_link_strips(qw_env *env, const qw_complex *c, qw_strip_room *room, const
 /* Follows the strips as they are linked. Ends once more than so many quads cross themselves: these are counted then,
    the others may be not. */
 qw_strip_counts qw_follow_strips(const qw_complex *c, qw_strip_room *room, double most);
-
-#endif

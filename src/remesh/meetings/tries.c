@@ -11,31 +11,7 @@
 
 /* The most by which a search that accepts by estimates may miss the count, as a share of it. */
 static const double TRUSTED_AREA = 0.05;
-/* Where integers leave a triangle less than this share of its real area, rows of quads lie on one another or far apart:
-   what is missing costs so many times its area. */
-static const double AREA_LEFT = 0.4, CRUSHED = 5;
-
 /* ---- what a layout is worth */
-
-double qw_triangle_energy(const qw_complex *c, uint32_t f)
-{
-    uint32_t h = 3 * f;
-    qw_double2 u = qw_along(c, h), v = qw_turned2(2, qw_along(c, h + 2));
-    qw_int2 iu = qw_steps_along(c, h), iv = qw_turn(2, qw_steps_along(c, h + 2));
-    double det = qw_cross2(u, v), left = (double)((int64_t)iu.x * iv.y - (int64_t)iu.y * iv.x);
-    if (det <= 0) return 0;
-    qw_double2 a = {iu.x - u.x, iu.y - u.y}, b = {iv.x - v.x, iv.y - v.y};
-    /* [a b] times the inverse of [u v], times det */
-    qw_double2 p = {a.x * v.y - b.x * u.y, b.x * u.x - a.x * v.x}, q = {a.y * v.y - b.y * u.y, b.y * u.x - a.y * v.x};
-    return CRUSHED * fmax(AREA_LEFT * det - left, 0) / 2 + (qw_square2(p) + qw_square2(q)) / fmax(det, 1e-6) / 2;
-}
-
-static double energy_of(const qw_complex *c)
-{
-    double sum = 0;
-    for (uint32_t f = 0; f < c->face_count; f++) sum += qw_triangle_energy(c, f);
-    return sum;
-}
 
 double qw_area_beyond(double least, double most, double area) { return fmax(fmax(least - area, area - most), 0); }
 
@@ -66,7 +42,7 @@ bool qw_measure_energy(const qw_meeting_terms *terms, qw_measured_layout *m)
     qw_layout_undo(&m->layout, m->source.d);
     if (qw_complex_inverted(&m->source) > terms->inverted || joins_or_parts(&m->source, terms->first)) return false;
     if (qw_count_odd_curves(&terms->curves, m->source.d) > terms->odd) return false;
-    m->energy = energy_of(&m->source);
+    m->energy = qw_complex_energy(&m->source);
     return !terms->accepts_by_estimate || terms->worth * m->energy < terms->best_score;
 }
 
@@ -87,7 +63,7 @@ void qw_measured_layout_fill(const qw_meeting_terms *terms, qw_measured_layout *
     qw_layout_fill(&m->layout, terms->component, m->source.real, d);
     memcpy(m->source.d, d, m->source.edge_count * sizeof *d);
     m->is_numbered = false;
-    m->energy = energy_of(&m->source);
+    m->energy = qw_complex_energy(&m->source);
     qw_measure_lines(terms, m, INFINITY);
 }
 

@@ -1,7 +1,6 @@
 /* Tries to make two lines meet, each from the same layout: they do not depend on one another, so several are made
  * side by side, and the first that can be kept is taken, as if they had been made one after the other. */
-#ifndef QW_REMESH_MEETINGS_TRIES_H
-#define QW_REMESH_MEETINGS_TRIES_H
+#pragma once
 
 #include "base/lanes.h"
 #include "remesh/meetings/candidates.h"
@@ -38,10 +37,6 @@ qw_measured_layout qw_measured_layout_make(qw_env *env, const qw_component *comp
                                            uint32_t room);
 /* Begins anew with offsets d of the component. */
 void qw_measured_layout_fill(const qw_meeting_terms *terms, qw_measured_layout *m, const qw_int2 *d);
-/* Energy of the map from the real to the integer complex that is linear on triangle f: the integral of the square of
-   how far its derivative is from the identity, in quads, and what it costs where the triangle is crushed. The square
-   alone takes a strip of three quads that becomes one for less than a fifth of what its rows lose. */
-double qw_triangle_energy(const qw_complex *c, uint32_t f);
 /* Measures the energy of the layout with its integers as they are; false where they have faults. */
 bool qw_measure_energy(const qw_meeting_terms *terms, qw_measured_layout *m);
 /* Length of all lines if the quads were as many as the first offsets have: fewer and larger ones are no gain. False
@@ -64,5 +59,3 @@ void qw_tries_find(qw_env *env, qw_tries *a, const qw_outlook *outlook, qw_candi
    its index, or count. Those before it have their misses_count set. */
 uint32_t qw_tries_make(qw_env *env, qw_tries *a, qw_candidate *const *candidate, uint32_t count,
                        qw_measured_layout *now);
-
-#endif

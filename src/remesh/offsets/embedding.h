@@ -5,8 +5,7 @@
  * to be. Each class has one unknown point, constrained to its tangent plane; on curves to the curve's line (the
  * sharp-edge constraint of Section 3.5); corners are fixed.
  */
-#ifndef QW_REMESH_OFFSETS_EMBEDDING_H
-#define QW_REMESH_OFFSETS_EMBEDDING_H
+#pragma once
 
 #include "remesh/offsets/offsets.h"
 
@@ -24,5 +23,3 @@ typedef struct qw_embedding_counts {
    solved. */
 qw_vec3 *qw_solve_embedding(qw_env *env, const qw_offset_mesh *m, const uint32_t *class_of, double tolerance,
                             qw_embedding_counts *counts);
-
-#endif

@@ -11,13 +11,10 @@
  *         o         corner, two of the edges lie on one lattice line, and if the wall between them is low, so does
  *        / \        everything up to its other rim: the wall vanishes.
  */
-#ifndef QW_REMESH_OFFSETS_FRAMES_H
-#define QW_REMESH_OFFSETS_FRAMES_H
+#pragma once
 
 #include "remesh/offsets/offset_mesh.h"
 
 /* Makes m->rot and m->index, in the current scope. turn: uint8_t[edge_count], quarter turns from the frame of the
    head of the edge's own half-edge to the frame of its tail. m's edges, constraints and real offsets must be set. */
 void qw_set_frames(qw_env *env, qw_offset_mesh *m, const uint8_t *turn, bool at_corners);
-
-#endif

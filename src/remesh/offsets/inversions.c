@@ -145,32 +145,3 @@ void qw_remove_inversions_greedy(qw_env *env, qw_offset_mesh *m, qw_inversion_co
     counts->inverted_after = counts->inverted_after_greedy;
     qw_scope_end(env);
 }
-
-int64_t qw_release_curves(qw_env *env, qw_offset_mesh *m, uint32_t rings)
-{
-    assert(m->fixed && m->twin);
-    uint8_t *near = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
-    int64_t released = 0;
-    for (uint32_t f = 0; f < m->face_count; f++)
-        for (uint32_t i = 0; i < 3 && qw_offset_det(m, f) < 0; i++) near[m->corner[3 * f + i]] = 1;
-    for (uint32_t ring = 1; ring < rings; ring++)
-        for (uint32_t h = 0; h < 3 * m->face_count; h++) {
-            uint8_t *u = &near[m->corner[h]], *v = &near[m->corner[qw_next(h)]];
-            if (*u && *u <= ring && !*v) *v = (uint8_t)(ring + 1);
-            if (*v && *v <= ring && !*u) *u = (uint8_t)(ring + 1);
-        }
-    for (uint32_t e = 0; e < m->edge_count; e++) {
-        uint32_t h = m->half[e];
-        if (!m->fixed[e] || m->twin[h] == QW_NONE || !near[m->corner[h]] || !near[m->corner[qw_next(h)]]) continue;
-        m->fixed[e] = 0;
-        released++;
-    }
-    /* a vertex at which no constrained edge is left is free: it would be drawn to whatever curve is near */
-    memset(near, 0, m->vertex_count);
-    for (uint32_t e = 0; e < m->edge_count; e++)
-        if (m->fixed[e]) near[m->corner[m->half[e]]] = near[m->corner[qw_next(m->half[e])]] = 1;
-    for (uint32_t v = 0; v < m->vertex_count; v++)
-        if (!near[v]) m->constraint[v] = 0, m->direction[v] = qw_v3(0, 0, 0);
-    qw_free(env, near);
-    return released;
-}

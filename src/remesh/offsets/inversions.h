@@ -1,7 +1,6 @@
 /* Orientation-preserving offsets: no triangle inverted, Eq. (4) (paper, Section 3.4). Needs regular offsets whose
  * components are -1, 0 or 1. */
-#ifndef QW_REMESH_OFFSETS_INVERSIONS_H
-#define QW_REMESH_OFFSETS_INVERSIONS_H
+#pragma once
 
 #include "remesh/offsets/offsets.h"
 
@@ -21,10 +20,6 @@ void qw_remove_inversions_greedy(qw_env *env, qw_offset_mesh *m, qw_inversion_co
 typedef enum qw_sat_effort { QW_SAT_NEAR, QW_SAT_FAR } qw_sat_effort;
 void qw_remove_inversions_sat(qw_env *env, qw_offset_mesh *m, qw_sat_effort effort, qw_inversion_counts *counts);
 
-/* Frees the sharp edges (never boundaries) within some rings of the triangles that are still inverted, so that
-   another try of both functions may succeed there. Returns how many edges were freed. */
-int64_t qw_release_curves(qw_env *env, qw_offset_mesh *m, uint32_t rings);
-
 /* Shared by both: frames of the triangles around a vertex and the effect of moving it. */
 typedef struct qw_star {
     uint32_t count; /* triangles around the vertex */
@@ -37,5 +32,3 @@ void qw_star_at(qw_env *env, const qw_offset_mesh *m, uint32_t outgoing, qw_star
 /* Moves the star's vertex by t, in the frame of the star's first triangle. */
 void qw_star_move(qw_offset_mesh *m, const qw_star *star, qw_int2 t);
 uint32_t *qw_offset_outgoing(qw_env *env, const qw_offset_mesh *m); /* as qw_trimesh_outgoing */
-
-#endif

@@ -1,7 +1,6 @@
 /* Square lattices in tangent planes, and the integers by which those of neighbours differ (paper, Eq. (2) and
  * Definition 3.1). */
-#ifndef QW_REMESH_OFFSETS_LATTICE_H
-#define QW_REMESH_OFFSETS_LATTICE_H
+#pragma once
 
 #include "base/rosy.h"
 
@@ -27,5 +26,3 @@ static inline qw_vec3 qw_lattice_point(const qw_lattice *l, qw_int2 t)
 
 /* The lattice point nearest to a point; *t: its integers. */
 qw_vec3 qw_nearest_lattice_point(const qw_lattice *l, qw_vec3 point, qw_int2 *t);
-
-#endif

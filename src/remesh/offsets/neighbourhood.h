@@ -7,8 +7,7 @@
  * Variables of the i-th vertex of the neighbourhood: 9 i + 1 "it moves", 9 i + 1 + k "it takes step k", k = 1..8. All
  * variables start out false in the solver, so it tries first to leave things as they are.
  */
-#ifndef QW_REMESH_OFFSETS_NEIGHBOURHOOD_H
-#define QW_REMESH_OFFSETS_NEIGHBOURHOOD_H
+#pragma once
 
 #include "remesh/offsets/inversions.h"
 #include "solve/sat.h"
@@ -55,5 +54,3 @@ void qw_neighbourhood_forbid_inversions(const qw_neighbourhood *n, qw_sat *sat);
 /* The step that the solver gave to the vertex. */
 int qw_taken_step(const qw_neighbourhood *n, const qw_sat *sat, uint32_t v);
 void qw_take_steps(const qw_neighbourhood *n, const qw_sat *sat, qw_offset_mesh *m);
-
-#endif

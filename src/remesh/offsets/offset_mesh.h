@@ -12,8 +12,7 @@
  * appears at one corner, the cone. index[v] is the sum of the turns that were laid on v: a vertex of the quad mesh
  * with valence 4 - index.
  */
-#ifndef QW_REMESH_OFFSETS_OFFSET_MESH_H
-#define QW_REMESH_OFFSETS_OFFSET_MESH_H
+#pragma once
 
 #include "base/rosy.h"
 #include "geometry/trimesh.h"
@@ -22,7 +21,7 @@ typedef struct qw_real2 {
     float x, y;
 } qw_real2;
 
-enum { QW_FIXED_X = 1, QW_FIXED_Y = 2 };
+enum qw_fixed_flag { QW_FIXED_X = 1, QW_FIXED_Y = 2 };
 /* Of the bits of an edge: whether its x (k even) or its y is fixed. */
 static inline bool qw_is_fixed(uint8_t bits, uint32_t k) { return bits & (k % 2 ? QW_FIXED_Y : QW_FIXED_X); }
 
@@ -97,5 +96,3 @@ qw_offset_counts qw_offset_count(const qw_offset_mesh *m);
 
 /* Fails with QW_INTERNAL where edge, twin, rot and half disagree, or where a fixed component is not 0. */
 void qw_offset_validate(qw_env *env, const qw_offset_mesh *m);
-
-#endif

@@ -1,6 +1,5 @@
 /* Integer offsets from crosses and lattice points (paper, Definition 3.1). */
-#ifndef QW_REMESH_OFFSETS_OFFSETS_H
-#define QW_REMESH_OFFSETS_OFFSETS_H
+#pragma once
 
 #include "remesh/offsets/offset_mesh.h"
 
@@ -25,5 +24,3 @@ qw_offset_mesh qw_integer_offsets(qw_env *env, const qw_offset_input *input);
 /* Vertices on constrained curves and within a ring of them, about as far as their smoothed normals lean:
  * uint8_t[vertex_count], 0 elsewhere. */
 uint8_t *qw_offset_near_curves(qw_env *env, const qw_offset_mesh *m);
-
-#endif

@@ -7,8 +7,7 @@
  * handle or a protrusion too thin for them, and where triangles are inverted, others are left as well, as few as the
  * surface needs. remesh/quads/pair.h makes quads of both.
  */
-#ifndef QW_REMESH_QUADS_CONTRACT_H
-#define QW_REMESH_QUADS_CONTRACT_H
+#pragma once
 
 #include "remesh/offsets/offsets.h"
 #include "geometry/tri_edit.h"
@@ -20,5 +19,3 @@
    area. *vertex_of: uint32_t[m->vertex_count], the vertex that each became, or QW_NONE. */
 qw_edit qw_contract(qw_env *env, const qw_offset_mesh *m, const uint32_t *component, const uint8_t *wanted,
                     uint8_t **hypotenuse, uint32_t **vertex_of);
-
-#endif

@@ -1,8 +1,7 @@
 /* The count: quads are added or removed where the integers could not give as many as were asked for (parts thinner than
  * a quad, curves that leave no freedom, components rebuilt from triangles). The topology stays.
  */
-#ifndef QW_REMESH_QUADS_COUNT_H
-#define QW_REMESH_QUADS_COUNT_H
+#pragma once
 
 #include "remesh/quads/wanted.h"
 
@@ -16,5 +15,3 @@ qw_quadmesh qw_add_quads(qw_env *env, const qw_quadmesh *mesh, const qw_wanted *
    the quads beside them least, over what is wanted there. */
 qw_quadmesh qw_remove_chords(qw_env *env, const qw_quadmesh *mesh, const qw_wanted *wanted, int64_t least,
                              int64_t most);
-
-#endif

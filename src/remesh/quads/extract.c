@@ -140,11 +140,9 @@ typedef struct lost_corners {
     uint32_t left;
 } lost_corners;
 
-enum {
-    HAS_QUADS = 1,
-    HAS_CORNER = 2,
-    MOST_CORNER_RINGS = 12
-}; /* HAS_CORNER of a class without quads: the search begins there */
+/* HAS_CORNER: of a class without quads; the search begins there. */
+enum content_flag { HAS_QUADS = 1, HAS_CORNER = 2 };
+enum { MOST_CORNER_RINGS = 12 };
 
 /* Finds the corners whose class has no quads, and so would be lost: one a class. */
 static void find_lost(lost_corners *l, const uint32_t *vertex_class, uint32_t count)

@@ -6,8 +6,7 @@
  * is a fan of quads: the result is always manifold, whatever was contracted. Where a contracted part was no disc (a
  * handle or a finger vanished) its vertex falls into several.
  */
-#ifndef QW_REMESH_QUADS_EXTRACT_H
-#define QW_REMESH_QUADS_EXTRACT_H
+#pragma once
 
 #include "remesh/offsets/offsets.h"
 #include "geometry/quadmesh.h"
@@ -21,5 +20,3 @@ typedef struct qw_extraction {
 } qw_extraction;
 
 qw_extraction qw_extract_quads(qw_env *env, const qw_offset_mesh *m);
-
-#endif

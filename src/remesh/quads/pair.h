@@ -10,8 +10,7 @@
  * The triangles are edited in place and stay a simplicial complex, so that no two edges of the quads join the same
  * vertices.
  */
-#ifndef QW_REMESH_QUADS_PAIR_H
-#define QW_REMESH_QUADS_PAIR_H
+#pragma once
 
 #include "geometry/tri_edit.h"
 #include "geometry/quadmesh.h"
@@ -31,5 +30,3 @@ qw_quadmesh qw_pair_triangles(qw_env *env, qw_edit *e, const uint8_t *across, ui
 
 /* Three quads a triangle: always right, and six times as many as pairs. */
 qw_quadmesh qw_cut_triangles(qw_env *env, const qw_edit *e);
-
-#endif

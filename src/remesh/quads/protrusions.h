@@ -1,8 +1,7 @@
 /* Protrusions that the quads do not reach: a horn, a leg or a finger that the integers made vanish as a disc grows out
  * of the quad below it, in rings of four, as one would extrude it by hand. The topology stays.
  */
-#ifndef QW_REMESH_QUADS_PROTRUSIONS_H
-#define QW_REMESH_QUADS_PROTRUSIONS_H
+#pragma once
 
 #include "remesh/sizes/tips.h"
 #include "geometry/quadmesh.h"
@@ -22,5 +21,3 @@ typedef struct qw_growth {
 /* A new mesh in the current scope, on the surface but not relaxed; the same where nothing grew. A protrusion is a disc.
    Returns how many grew. */
 uint32_t qw_extrude_protrusions(qw_env *env, qw_quadmesh *quads, const qw_growth *growth);
-
-#endif

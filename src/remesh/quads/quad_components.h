@@ -1,6 +1,5 @@
 /* Quads picked and joined by their components. */
-#ifndef QW_REMESH_QUADS_QUAD_COMPONENTS_H
-#define QW_REMESH_QUADS_QUAD_COMPONENTS_H
+#pragma once
 
 #include "geometry/quadmesh.h"
 
@@ -16,5 +15,3 @@ void qw_append_quads(qw_quadmesh *quads, const qw_quadmesh *more);
 qw_quadmesh qw_join_quads(qw_env *env, const qw_quadmesh *quads, uint32_t count);
 
 void qw_keep_quads(qw_env *env, const qw_quadmesh *quads); /* qw_keep for all of its arrays */
-
-#endif

@@ -5,8 +5,7 @@
  * one or two quads around. The chord through one of them is split lengthwise if it is short, which adds a row; else
  * one of the ends becomes two vertices with a quad in between, which adds irregular vertices.
  */
-#ifndef QW_REMESH_QUADS_REPAIR_H
-#define QW_REMESH_QUADS_REPAIR_H
+#pragma once
 
 #include "geometry/quadmesh.h"
 
@@ -18,5 +17,3 @@ typedef struct qw_repair_counts {
 /* A new mesh; the positions of vertices that stay are not changed. room: how many quads chords may add. Where a double
    edge stays nevertheless remesh/quads/topology.h makes its component anew. */
 qw_quadmesh qw_repair_quads(qw_env *env, const qw_quadmesh *mesh, int64_t room, qw_repair_counts *counts);
-
-#endif

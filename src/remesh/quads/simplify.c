@@ -35,7 +35,7 @@ enum {
     LOOKED = 10000000  /* and quads in all of them */
 };
 
-enum { MOVES = 1, CHAINS = 2 };
+enum tried_flag { MOVES = 1, CHAINS = 2 };
 /* A cost that has to be counted anew. */
 enum { UNKNOWN = -1 };
 /* Added to the cost of an inner vertex of two edges. */

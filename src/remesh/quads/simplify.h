@@ -6,8 +6,7 @@
  * many as its angle holds at a corner. A move is kept if the cost falls, the surface stays simple, no quad flips, and
  * shapes are good or get no worse.
  */
-#ifndef QW_REMESH_QUADS_SIMPLIFY_H
-#define QW_REMESH_QUADS_SIMPLIFY_H
+#pragma once
 
 #include "remesh/quads/wanted.h"
 
@@ -22,5 +21,3 @@ typedef struct qw_simplify_counts {
    there may still be more where no collapse is legal. */
 qw_quadmesh qw_simplify_quads(qw_env *env, const qw_quadmesh *mesh, const qw_wanted *wanted, int64_t least,
                               int64_t most, bool gently, qw_simplify_counts *counts);
-
-#endif

@@ -7,8 +7,7 @@
  *
  * All variants have one judge: the topology of the component, and no flipped quad.
  */
-#ifndef QW_REMESH_QUADS_STRAIGHT_H
-#define QW_REMESH_QUADS_STRAIGHT_H
+#pragma once
 
 #include "geometry/flips.h"
 #include "geometry/quadmesh.h"
@@ -26,5 +25,3 @@ enum { QW_MOST_TRIES = 4 };
 /* Quads of `part`, a component as a surface of its own, in the current scope: of the variant whose worst quad is best,
  *worst, with all arrays; component 0. No faces: each variant has lost the topology or has flipped quads. */
 qw_quadmesh qw_make_straight(qw_env *env, const qw_trimesh *part, const qw_straight *plan, qw_flip *worst);
-
-#endif

@@ -1,6 +1,5 @@
 /* Whether the quads have the topology of the surface, where they lost it, and how components that did are rebuilt. */
-#ifndef QW_REMESH_QUADS_TOPOLOGY_H
-#define QW_REMESH_QUADS_TOPOLOGY_H
+#pragma once
 
 #include "geometry/quadmesh.h"
 #include "geometry/trimesh.h"
@@ -41,5 +40,3 @@ typedef struct qw_replacement {
 /* quads: what was checked. x, place: the extraction from m, and qw_vec3[x->quads.vertex_count]. */
 qw_replacement qw_replace_components(qw_env *env, const qw_quadmesh *quads, const qw_offset_mesh *m,
                                      const qw_extraction *x, const qw_vec3 *position, const qw_topology_check *check);
-
-#endif

@@ -81,7 +81,7 @@ uint8_t *qw_mark_uncovered(qw_env *env, const qw_trimesh *surface, const qw_halv
     return uncovered;
 }
 
-qw_sites qw_list_uncovered(qw_env *env, const qw_trimesh *surface, const float *size, const uint8_t *uncovered)
+static qw_sites list_uncovered(qw_env *env, const qw_trimesh *surface, const float *size, const uint8_t *uncovered)
 {
     assert(surface->position && size && uncovered);
     qw_sites l = {0, QW_NEW(env, qw_vec3, QW_MOST_SITES), QW_NEW(env, float, QW_MOST_SITES), 0};
@@ -98,7 +98,7 @@ qw_sites qw_uncovered_sites(qw_env *env, const qw_trimesh *surface, const float 
     assert(surface->position && size && far > 0);
     if (quads->mesh.face_count == 0) return (qw_sites){0};
     uint8_t *uncovered = qw_mark_uncovered(env, surface, quads, far);
-    qw_sites l = qw_list_uncovered(env, surface, size, uncovered);
+    qw_sites l = list_uncovered(env, surface, size, uncovered);
     qw_free(env, uncovered);
     return l;
 }

@@ -1,7 +1,6 @@
 /* Finds parts of the surface that vanished although the topology is intact, such as a finger whose cones all rounded to
  * one point. */
-#ifndef QW_REMESH_QUADS_UNCOVERED_H
-#define QW_REMESH_QUADS_UNCOVERED_H
+#pragma once
 
 #include "geometry/bvh.h"
 #include "geometry/quadmesh.h"
@@ -22,12 +21,7 @@ uint8_t *qw_mark_uncovered(qw_env *env, const qw_trimesh *surface, const qw_halv
 /* How far points are from the nearest quad: float[count], in the current scope. */
 float *qw_distances_to_quads(qw_env *env, const qw_vec3 *point, uint32_t count, const qw_halves *quads);
 
-/* Those that are marked, none within half a wanted edge length of another, and the area of all of them. size:
+/* The uncovered vertices, none within half a wanted edge length of another, and the area of all of them. size:
  * float[surface->vertex_count], the wanted edge length there. */
-qw_sites qw_list_uncovered(qw_env *env, const qw_trimesh *surface, const float *size, const uint8_t *uncovered);
-
-/* Both at once. */
 qw_sites qw_uncovered_sites(qw_env *env, const qw_trimesh *surface, const float *size, const qw_halves *quads,
                             float far);
-
-#endif

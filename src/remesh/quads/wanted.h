@@ -1,6 +1,5 @@
 /* How large each quad is wanted, and how far the quads are from that. */
-#ifndef QW_REMESH_QUADS_WANTED_H
-#define QW_REMESH_QUADS_WANTED_H
+#pragma once
 
 #include "geometry/bvh.h"
 #include "geometry/quadmesh.h"
@@ -35,5 +34,3 @@ typedef struct qw_size_fit {
     double deviation, long_share;
 } qw_size_fit;
 qw_size_fit qw_fit_of_sizes(qw_env *env, const qw_quadmesh *quads, const qw_wanted *wanted);
-
-#endif

@@ -6,8 +6,7 @@
  * half. The half ones form cycles (and paths between boundaries) that are rounded alternately up and down; where that
  * cannot close, one row is left off by one, for the frozen network to repair.
  */
-#ifndef QW_REMESH_QUANTISE_BIDIRECTED_H
-#define QW_REMESH_QUANTISE_BIDIRECTED_H
+#pragma once
 
 #include "remesh/quantise/network.h"
 
@@ -24,5 +23,3 @@ typedef struct qw_bidirected_counts {
 typedef int32_t (*qw_step_cost)(const void *user, uint32_t variable, int32_t step);
 qw_bidirected_counts qw_solve_bidirected(qw_env *env, const qw_network *network, qw_complex *c, qw_step_cost step_cost,
                                          const void *user, int64_t *potential);
-
-#endif

@@ -7,8 +7,7 @@
  * for by Bellman's and Ford's shortest paths over (row, sign) until there is none. The double cover of
  * remesh/quantise/bidirected.h has the same states.
  */
-#ifndef QW_REMESH_QUANTISE_CIRCUITS_H
-#define QW_REMESH_QUANTISE_CIRCUITS_H
+#pragma once
 
 #include "remesh/quantise/complex.h"
 
@@ -22,5 +21,3 @@ bool qw_close_offsets(qw_env *env, qw_complex *c, uint32_t longest, double most)
 
 /* Changes component v, 2 edge + (it is y), by so much, holds it, and closes the offsets again in the same way. */
 bool qw_step_offsets(qw_env *env, qw_complex *c, uint32_t v, int32_t by, uint32_t longest, double most);
-
-#endif

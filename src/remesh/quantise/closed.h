@@ -14,8 +14,7 @@
  * 3.3: a row has at most three entries beside its diagonal (remesh/quantise/network.h), and multigrid solves it
  * (solve/multigrid.h).
  */
-#ifndef QW_REMESH_QUANTISE_CLOSED_H
-#define QW_REMESH_QUANTISE_CLOSED_H
+#pragma once
 
 #include "remesh/offsets/offsets.h"
 
@@ -33,5 +32,3 @@ qw_real2 *qw_closed_offsets(qw_env *env, qw_offset_mesh *m, uint32_t rounds, flo
 
 /* Makes the edges of triangles that d squeezes stiffer; returns how many triangles it squeezes. */
 uint32_t qw_stiffen(const qw_offset_mesh *m, const qw_real2 *d, float *stiffness);
-
-#endif

@@ -1,7 +1,6 @@
 /* Closed feature and boundary curves that meet no other curve: circles, rims of holes. Each has an even number of quads
  * along it where that can be had: its halves are alike then. */
-#ifndef QW_REMESH_QUANTISE_CLOSED_CURVES_H
-#define QW_REMESH_QUANTISE_CLOSED_CURVES_H
+#pragma once
 
 #include "remesh/quantise/complex_components.h"
 
@@ -27,5 +26,3 @@ uint32_t qw_count_odd_curves(const qw_closed_curves *curves, const qw_int2 *d);
    those that were. Returns how many are odd. */
 uint32_t qw_make_curves_even(qw_env *env, const qw_component *component, qw_complex *c, double least_area,
                              double most_area, double *work);
-
-#endif

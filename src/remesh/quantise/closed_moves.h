@@ -1,7 +1,6 @@
 /* The closed moves of a small complex: all offsets that can be added to closed ones, so that they stay closed and what
  * is fixed stays zero. A box has one for each of its three lengths. */
-#ifndef QW_REMESH_QUANTISE_CLOSED_MOVES_H
-#define QW_REMESH_QUANTISE_CLOSED_MOVES_H
+#pragma once
 
 #include "remesh/quantise/complex.h"
 
@@ -10,5 +9,3 @@ enum { QW_MOST_MOVED_EDGES = 128 };
 /* A basis, qw_int2[count][edge_count] in *move. 0 where there are more than `most` (32 at most) or QW_MOST_MOVED_EDGES,
    or one has other fractions than halves. In the current scope. */
 uint32_t qw_find_moves(qw_env *env, const qw_complex *c, uint32_t most, qw_int2 **move);
-
-#endif

@@ -5,8 +5,7 @@
  * Vertices joined by zero edges become one. That does no harm where the contracted part is a disc that leaves a
  * vertex of valence 2 or more and touches at most one stretch of the boundary.
  */
-#ifndef QW_REMESH_QUANTISE_COLLAPSE_H
-#define QW_REMESH_QUANTISE_COLLAPSE_H
+#pragma once
 
 #include "remesh/quantise/decimated.h"
 
@@ -26,5 +25,3 @@ qw_collapse_finder qw_collapse_finder_make(qw_env *env, const qw_decimated *s);
 
 /* The number of contracted parts that d (qw_int2[edge_count]) would make vanish. */
 uint32_t qw_find_collapsed(const qw_collapse_finder *finder, const qw_int2 *d);
-
-#endif

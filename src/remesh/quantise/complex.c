@@ -4,6 +4,10 @@
 #include <math.h>
 #include <string.h>
 
+/* Where integers leave a triangle less than this share of its real area, rows of quads lie on one another or far apart:
+   what is missing costs so many times its area. */
+static const double AREA_LEFT = 0.4, CRUSHED = 5;
+
 qw_complex qw_complex_of(qw_env *env, const qw_offset_mesh *m)
 {
     assert(m->half && m->d && m->real);
@@ -92,4 +96,24 @@ bool qw_complex_is_closed(const qw_complex *c)
     for (uint32_t f = 0; f < c->face_count; f++)
         if (!qw_int2_is_zero(qw_complex_residual(c, f))) return false;
     return true;
+}
+
+double qw_triangle_energy(const qw_complex *c, uint32_t f)
+{
+    uint32_t h = 3 * f;
+    qw_double2 u = qw_along(c, h), v = qw_turned2(2, qw_along(c, h + 2));
+    qw_int2 iu = qw_steps_along(c, h), iv = qw_turn(2, qw_steps_along(c, h + 2));
+    double det = qw_cross2(u, v), left = (double)((int64_t)iu.x * iv.y - (int64_t)iu.y * iv.x);
+    if (det <= 0) return 0;
+    qw_double2 a = {iu.x - u.x, iu.y - u.y}, b = {iv.x - v.x, iv.y - v.y};
+    /* [a b] times the inverse of [u v], times det */
+    qw_double2 p = {a.x * v.y - b.x * u.y, b.x * u.x - a.x * v.x}, q = {a.y * v.y - b.y * u.y, b.y * u.x - a.y * v.x};
+    return CRUSHED * fmax(AREA_LEFT * det - left, 0) / 2 + (qw_square2(p) + qw_square2(q)) / fmax(det, 1e-6) / 2;
+}
+
+double qw_complex_energy(const qw_complex *c)
+{
+    double sum = 0;
+    for (uint32_t f = 0; f < c->face_count; f++) sum += qw_triangle_energy(c, f);
+    return sum;
 }

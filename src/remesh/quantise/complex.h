@@ -1,10 +1,10 @@
 /* The equations of regularity by themselves: triangles, edges and turns without a surface, so that they can be made
  * coarser than any surface (decimated.h, paper/multiresolution.h). Each triangle has three half-edges 3f, 3f+1,
  * 3f+2; an edge has one or two. */
-#ifndef QW_REMESH_QUANTISE_COMPLEX_H
-#define QW_REMESH_QUANTISE_COMPLEX_H
+#pragma once
 
 #include "remesh/offsets/offsets.h"
+#include "remesh/quantise/double2.h"
 
 typedef struct qw_complex {
     uint32_t face_count, edge_count;
@@ -58,4 +58,16 @@ static inline qw_int2 qw_complex_residual(const qw_complex *c, uint32_t f)
     return sum;
 }
 
-#endif
+/* The real offset along a half-edge, in the frame of its triangle. */
+static inline qw_double2 qw_along(const qw_complex *c, uint32_t h)
+{
+    qw_real2 d = c->real[c->edge[h]];
+    return qw_turned2(c->rot[h], (qw_double2){(double)d.x, (double)d.y});
+}
+
+/* Energy of the map from the real to the integer complex that is linear on triangle f: the integral of the square of
+   how far its derivative is from the identity, in quads, and what it costs where the triangle is crushed. The square
+   alone takes a strip of three quads that becomes one for less than a fifth of what its rows lose. */
+double qw_triangle_energy(const qw_complex *c, uint32_t f);
+/* Of all triangles. */
+double qw_complex_energy(const qw_complex *c);

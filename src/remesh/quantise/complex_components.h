@@ -1,7 +1,6 @@
 /* The connected components of a decimated complex, each with its own numbering. Their integers depend on one another
    only through the count of all quads. */
-#ifndef QW_REMESH_QUANTISE_COMPLEX_COMPONENTS_H
-#define QW_REMESH_QUANTISE_COMPLEX_COMPONENTS_H
+#pragma once
 
 #include "remesh/quantise/decimated.h"
 
@@ -22,5 +21,3 @@ typedef struct qw_components {
 
 /* m: the surface of the decimated complex. In the current scope. */
 qw_components qw_split_components(qw_env *env, const qw_decimated *s, const qw_offset_mesh *m);
-
-#endif

@@ -8,8 +8,7 @@
  * apart. Any integers that are closed there give closed integers of the whole surface: every edge of it is one of the
  * decimated complex's, turned, or zero.
  */
-#ifndef QW_REMESH_QUANTISE_DECIMATED_H
-#define QW_REMESH_QUANTISE_DECIMATED_H
+#pragma once
 
 #include "remesh/quantise/complex.h"
 
@@ -40,5 +39,3 @@ void qw_take_back(const qw_decimation_step *step, uint32_t count, qw_int2 *d);
 /* The offsets of the surface's edges that follow from those of the decimated complex: fine is
    qw_int2[fine_edge_count]. */
 void qw_decimated_expand(const qw_decimated *s, const qw_int2 *d, qw_int2 *fine);
-
-#endif

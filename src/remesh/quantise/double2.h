@@ -1,6 +1,5 @@
 /* Vectors in the plane of a layout, in double precision. */
-#ifndef QW_REMESH_QUANTISE_DOUBLE2_H
-#define QW_REMESH_QUANTISE_DOUBLE2_H
+#pragma once
 
 typedef struct qw_double2 {
     double x, y;
@@ -20,5 +19,3 @@ static inline qw_double2 qw_turned2(unsigned k, qw_double2 d)
     default: return (qw_double2){d.y, -d.x};
     }
 }
-
-#endif

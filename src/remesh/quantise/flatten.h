@@ -9,8 +9,7 @@
  * solve over the vertices; cones and corners stay, vertices on curves move along them. Rounding each u to the nearest
  * lattice point then gives integers d' that are still closed.
  */
-#ifndef QW_REMESH_QUANTISE_FLATTEN_H
-#define QW_REMESH_QUANTISE_FLATTEN_H
+#pragma once
 
 #include "remesh/offsets/offsets.h"
 
@@ -23,5 +22,3 @@ typedef struct qw_flatten_counts {
 /* Changes m->d. stiffness: float[m->edge_count], as qw_closed_offsets left it; raised further, in at most `rounds`
    rounds, where triangles are squeezed. */
 void qw_flatten(qw_env *env, qw_offset_mesh *m, uint32_t rounds, float *stiffness, qw_flatten_counts *counts);
-
-#endif

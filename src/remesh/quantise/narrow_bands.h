@@ -5,13 +5,10 @@
  * are stretched across the band, and only across it, until it is one wanted length wide. The band then gets one row
  * of thin quads with right angles, and everything around it counts one row there instead of a fraction.
  */
-#ifndef QW_REMESH_QUANTISE_NARROW_BANDS_H
-#define QW_REMESH_QUANTISE_NARROW_BANDS_H
+#pragma once
 
 #include "remesh/offsets/offsets.h"
 
 /* Stretches m->real across narrow bands, for offsets that are multiplied so that about `quads` quads fit the surface.
    Returns how many triangles lie in narrow bands. */
 int64_t qw_stretch_narrow_bands(qw_env *env, qw_offset_mesh *m, double quads);
-
-#endif

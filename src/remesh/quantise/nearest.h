@@ -1,8 +1,7 @@
 /* The closed offsets nearest to the real ones, for complexes that are small: all sums of moves (closed_moves.h) whose
  * cost is below a bound, which is raised until enough have been seen. Rounding finds one of them; which is best may
  * depend on much that no sum of squares knows. */
-#ifndef QW_REMESH_QUANTISE_NEAREST_H
-#define QW_REMESH_QUANTISE_NEAREST_H
+#pragma once
 
 #include "remesh/quantise/complex.h"
 
@@ -16,5 +15,3 @@ typedef struct qw_nearest_request {
 /* c: closed, with weights. Visits none twice, in no order but that of the bounds; puts c->d back. Returns how many were
    visited: 0 where the complex has no moves or too many (closed_moves.h). */
 uint32_t qw_visit_nearest(qw_env *env, qw_complex *c, const qw_nearest_request *request);
-
-#endif

@@ -6,8 +6,7 @@
  * with equal signs it cannot be balanced and is frozen. A variable of a boundary edge appears in one node only; its
  * other end is the ground, one more node that gives or takes whatever is needed.
  */
-#ifndef QW_REMESH_QUANTISE_NETWORK_H
-#define QW_REMESH_QUANTISE_NETWORK_H
+#pragma once
 
 #include "remesh/quantise/complex.h"
 #include "solve/flow.h"
@@ -44,5 +43,3 @@ static inline qw_row qw_row_of(unsigned rot, unsigned k)
     static const qw_row rows[4][2] = {{{0, 1}, {1, 1}}, {{1, 1}, {0, -1}}, {{0, -1}, {1, -1}}, {{1, -1}, {0, 1}}};
     return rows[rot & 3u][k & 1u];
 }
-
-#endif

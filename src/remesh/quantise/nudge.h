@@ -1,8 +1,7 @@
 /* The number of quads by single steps. Where curves are so near to one another that one row of quads lies between, the
  * number does not follow the size of the quads but changes by whole rows, each along many curves. Then single edges of
  * curves are made one quad longer or shorter, the cheapest first. */
-#ifndef QW_REMESH_QUANTISE_NUDGE_H
-#define QW_REMESH_QUANTISE_NUDGE_H
+#pragma once
 
 #include "remesh/quantise/complex.h"
 
@@ -10,5 +9,3 @@
    bounds or no such step brings it nearer. No edge loses its length and no more triangles are inverted. *work:
    triangles that may be looked at; is lowered by those that were. Returns whether the area is within the bounds. */
 bool qw_nudge_area(qw_env *env, qw_complex *c, double least_area, double most_area, double *work);
-
-#endif

@@ -2,8 +2,7 @@
    complex (decimated.h); integers are chosen there (search.h); the surface is laid out around them and rounded
    (flatten.h). No position singularity can arise. The number of quads is known on the decimated complex, where
    trying another size costs next to nothing, so the size is searched there. */
-#ifndef QW_REMESH_QUANTISE_QUANTISE_H
-#define QW_REMESH_QUANTISE_QUANTISE_H
+#pragma once
 
 #include "remesh/quantise/regular.h"
 
@@ -31,5 +30,3 @@ typedef struct qw_quantise_request {
 
 /* Changes m->d; m->real and m->size by the scale; m->fixed, constraint and direction where edges are freed. */
 qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, const qw_quantise_request *request);
-
-#endif

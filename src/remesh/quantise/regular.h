@@ -1,7 +1,6 @@
 /* Regular offsets of a complex: changes d as little as possible so that Eq. (3) holds on every triangle (paper, Section
  * 3.3). */
-#ifndef QW_REMESH_QUANTISE_REGULAR_H
-#define QW_REMESH_QUANTISE_REGULAR_H
+#pragma once
 
 #include "quadwright/quadwright.h"
 #include "remesh/quantise/network.h"
@@ -29,5 +28,3 @@ bool qw_solve_complex(qw_env *env, qw_complex *c, const qw_network *network, qw_
 
 /* Triangles on which Eq. (3) does not hold. */
 int64_t qw_count_irregular(const qw_complex *c);
-
-#endif

@@ -62,9 +62,9 @@ static qw_search find_without_lines(qw_env *env, qw_components *components, cons
 {
     qw_search s = qw_search_begin(env, components, request);
     qw_search_sizes(env, &s);
-    qw_search_other_sizes(env, &s);
     qw_search_nearest(env, &s);
-    *tries += qw_search_noise(env, &s);
+    qw_search_noise(env, &s);
+    *tries += (uint32_t)s.tries;
     qw_search_part_curves(env, &s);
     return s;
 }
@@ -203,7 +203,7 @@ static double score_lines(qw_env *env, const qw_search *s, const qw_meeting_coun
         qw_complex c = *qw_search_complex(s, p);
         c.d = s->kept[p].d, c.real = QW_NEW(env, qw_real2, c.edge_count);
         qw_trial_aim(qw_search_complex(s, p), &s->kept[p], c.real);
-        for (uint32_t f = 0; f < c.face_count; f++) energy += qw_triangle_energy(&c, f);
+        energy += qw_complex_energy(&c);
     }
     return (double)m->length_after + ENERGY_WORTH * energy;
 }

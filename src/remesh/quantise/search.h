@@ -1,10 +1,8 @@
 /* Integer offsets for a decimated complex. Several sizes of the quads are tried for each connected component, and the
  * combination is taken that comes nearest to the closed real offsets and to the wanted count (search_sizes.h). Where no
- * size meets the count, small components get other lengths (search_count.h); where a component has inverted triangles
- * at every size, noise is added before its offsets are rounded. Then curves that touch are parted and lines are made to
- * meet (search_curves.h). */
-#ifndef QW_REMESH_QUANTISE_SEARCH_H
-#define QW_REMESH_QUANTISE_SEARCH_H
+ * size meets the count, small components get other lengths (search_count.h). Then curves that touch are parted and
+ * lines are made to meet (search_curves.h). */
+#pragma once
 
 #include "remesh/meetings/meetings.h"
 #include "remesh/quantise/regular.h"
@@ -25,5 +23,3 @@ typedef struct qw_search_result {
    curves are parted, some touched, and a search with signs parted them. In the current scope. */
 qw_search_result qw_search_integers(qw_env *env, qw_components *components, const qw_search_request *request,
                                     qw_int2 *d);
-
-#endif

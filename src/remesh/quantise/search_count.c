@@ -12,6 +12,8 @@
 
 /* Offsets of a small complex that are looked at. */
 enum { MOST_NEAREST = 4096 };
+/* More energy a quad is worth no count: so much has one that is sheared by 32 degrees. */
+static const double MOST_ENERGY = 0.2;
 
 void qw_nudge_trial(qw_env *env, const qw_search *s, qw_trial *t, double others, double *work)
 {
@@ -29,37 +31,27 @@ void qw_nudge_trial(qw_env *env, const qw_search *s, qw_trial *t, double others,
     qw_scope_end(env);
 }
 
-/* Whether a band of quads between curves is one quad wide. Another attempt, with cones beside the corners of feature
-   curves, would have no room for them there and would lose the band; so the lengths must meet the count. */
-static bool has_narrow_band(const qw_search *s, uint32_t p)
-{
-    const qw_int2 *d = s->kept[p].d;
-    for (uint32_t e = 0; e < qw_search_complex(s, p)->edge_count; e++)
-        if (abs(d[e].x) + abs(d[e].y) == 1) return true;
-    return false;
-}
-
-/* The cheapest offsets so far for which the count is right and no edge loses its length. */
+/* The least distorted offsets so far that come nearest to the count; no edge loses its length. */
 typedef struct choice {
     const qw_search *s;
     const qw_complex *c; /* with the offsets that are looked at */
     const qw_int2 *kept;
-    double area_kept, cost;
+    double area_kept, most, miss, energy; /* most: energy */
     qw_int2 *d;
 } choice;
 
-/* Keeps the integers at hand if they are the cheapest so far, keep the count and invert nothing. */
-static void choose_cheapest(qw_env *env, void *user)
+/* Keeps the integers at hand if they are the best so far and invert nothing. */
+static void choose_least(qw_env *env, void *user)
 {
     (void)env;
     choice *k = user;
     qw_search_total sum = k->s->sum;
     sum.area += qw_complex_area(k->c) - k->area_kept;
-    double cost = qw_complex_cost(k->c);
-    if (cost >= k->cost || qw_search_miss(k->s, &sum) > 0 || qw_complex_inverted(k->c) > 0 ||
-        qw_complex_loses_length(k->c, k->kept))
-        return;
-    k->cost = cost;
+    double miss = qw_search_miss(k->s, &sum), energy;
+    if (miss > k->miss || qw_complex_inverted(k->c) > 0 || qw_complex_loses_length(k->c, k->kept)) return;
+    energy = qw_complex_energy(k->c);
+    if (energy > k->most || (miss == k->miss && energy >= k->energy)) return;
+    k->miss = miss, k->energy = energy;
     memcpy(k->d, k->c->d, k->c->edge_count * sizeof *k->d);
 }
 
@@ -74,27 +66,20 @@ static void try_nearest(qw_env *env, qw_search *s, uint32_t p)
     c.d = QW_NEW(env, qw_int2, real->edge_count), c.real = QW_NEW(env, qw_real2, real->edge_count);
     qw_trial_aim(real, &t, c.real);
     memcpy(c.d, t.d, real->edge_count * sizeof *c.d);
-    choice k = {s, &c, s->kept[p].d, qw_complex_area(&c), INFINITY, t.d};
-    qw_nearest_request request = {.most = MOST_NEAREST, .farthest = INFINITY, .visit = choose_cheapest, .user = &k};
+    double most = MOST_ENERGY * qw_complex_area(&c);
+    choice k = {s, &c, s->kept[p].d, qw_complex_area(&c), most, qw_search_miss(s, &s->sum), INFINITY, t.d};
+    qw_nearest_request request = {.most = MOST_NEAREST, .farthest = INFINITY, .visit = choose_least, .user = &k};
     qw_visit_nearest(env, &c, &request);
     qw_acted(env, QW_MECH_NEAREST, 1);
-    if (k.cost < INFINITY) {
+    if (k.energy < INFINITY) {
         qw_search_judge(s, &t);
         qw_kept(env, QW_MECH_NEAREST, qw_search_take_if_better(s, &t));
     }
     qw_scope_end(env);
 }
 
-/* Whether what the count lacks or has too much is no more than the whole component. */
-static bool is_large_enough(const qw_search *s, uint32_t p)
-{
-    return qw_search_miss(s, &s->sum) * s->request.quads <= s->kept[p].area;
-}
-
 void qw_search_nearest(qw_env *env, qw_search *s)
 {
     for (uint32_t p = 0; p < s->components->count && qw_search_miss(s, &s->sum) > 0; p++)
-        if (is_large_enough(s, p) && !qw_trial_has_faults(&s->kept[p]) && has_narrow_band(s, p) &&
-            qw_uses(env, QW_MECH_NEAREST))
-            try_nearest(env, s, p);
+        if (!s->kept[p].open && qw_uses(env, QW_MECH_NEAREST)) try_nearest(env, s, p);
 }

@@ -1,7 +1,6 @@
 /* The steps of the search for integers that bring the number of quads within the promise where no size does: lengths of
  * small components, or single curves, are made longer or shorter by whole quads. */
-#ifndef QW_REMESH_QUANTISE_SEARCH_COUNT_H
-#define QW_REMESH_QUANTISE_SEARCH_COUNT_H
+#pragma once
 
 #include "remesh/quantise/search_state.h"
 
@@ -10,8 +9,6 @@
    qw_nudge_area. */
 void qw_nudge_trial(qw_env *env, const qw_search *s, qw_trial *t, double others, double *work);
 
-/* For small components without faults in which a band is one quad wide, tries the offsets nearest to the real ones
+/* For small components without faults, tries the offsets nearest to the real ones
    (nearest.h). */
 void qw_search_nearest(qw_env *env, qw_search *s);
-
-#endif

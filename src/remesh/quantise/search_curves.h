@@ -1,6 +1,5 @@
 /* The last steps of the search for integers: curves that touch are parted, and lines of edges are made to meet. */
-#ifndef QW_REMESH_QUANTISE_SEARCH_CURVES_H
-#define QW_REMESH_QUANTISE_SEARCH_CURVES_H
+#pragma once
 
 #include "remesh/meetings/meetings.h"
 #include "remesh/quantise/search_state.h"
@@ -15,5 +14,3 @@ void qw_search_make_even(qw_env *env, qw_search *s);
 /* Makes lines meet (meetings.h) as far as the count and the topology stay. share, strips_share: as in
    qw_meeting_request, of all components. Returns the sums over the components. */
 qw_meeting_counts qw_search_meet(qw_env *env, qw_search *s, double share, double strips_share);
-
-#endif

@@ -1,6 +1,5 @@
 /* What the search for integers is asked for. */
-#ifndef QW_REMESH_QUANTISE_SEARCH_REQUEST_H
-#define QW_REMESH_QUANTISE_SEARCH_REQUEST_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -15,5 +14,3 @@ typedef struct qw_search_request {
     double effort;     /* share of the usual effort, up to 1 */
     bool apart;        /* curves that touch are to be parted (touching.h), for which the complexes get signs */
 } qw_search_request;
-
-#endif

@@ -22,9 +22,8 @@ enum {
 /* The best sizes are improved by circuits: BEST_SIZES of them, or more where edges times sizes stay below
    EDGES_IMPROVED (docs/dev/decisions/closed-offsets.md). */
 enum { BEST_SIZES = 3, EDGES_IMPROVED = 6000 };
-/* How often the middle of the sizes tried is moved to where the last ones suggest that the count is right. */
-enum { SIZE_ROUNDS = 3 };
-/* Trials at all sizes, the first of them without noise. */
+
+/* How often all sizes are tried, the first time without noise. */
 enum { NOISY_ROUNDS = 14 };
 
 /* A combination: one trial of each component, all at the same size. */
@@ -165,90 +164,39 @@ void qw_search_sizes(qw_env *env, qw_search *s)
     qw_scope_end(env);
 }
 
-void qw_search_other_sizes(qw_env *env, qw_search *s)
+/* Whether noise may help component p: the count breaks the promise, or it has an inverted triangle. */
+static bool is_broken(const qw_search *s, uint32_t p)
+{
+    return s->kept[p].inverted > 0 || qw_search_miss(s, &s->sum) > 0;
+}
+
+/* Trials of all broken components at all sizes, with the noise of the round. Returns how many edges they have. */
+static double try_noise(qw_env *env, qw_search *s, int round)
 {
     qw_scope_begin(env);
-    uint32_t n = s->components->count;
-    bool forced = false;
-    for (uint32_t p = 0; p < n; p++) forced |= qw_trial_is_forced(s, &s->kept[p]);
-    qw_trial *had = qw_search_room(env, s, 1);
-    if (!qw_uses(env, QW_MECH_OTHER_SIZES)) forced = false;
-    for (int round = 0; round < SIZE_ROUNDS && forced && qw_search_miss(s, &s->sum) > 0; round++) {
-        qw_search_total sum = s->sum;
-        double score = s->score, size = s->request.size;
-        for (uint32_t p = 0; p < n; p++) qw_search_copy(s, &had[p], &s->kept[p]);
-        s->request.size = fmin(s->kept[0].scale, size) * sqrt(s->request.quads / fmax(s->sum.area, 1));
-        qw_search_sizes(env, s);
-        qw_acted(env, QW_MECH_OTHER_SIZES, 1), qw_kept(env, QW_MECH_OTHER_SIZES, s->score < score);
-        if (s->score < score) continue;
-        for (uint32_t p = 0; p < n; p++) qw_search_copy(s, &s->kept[p], &had[p]);
-        s->sum = sum, s->score = score, s->request.size = size;
-        break;
-    }
-    qw_scope_end(env);
-}
-
-/* Whether more noise may help component p: the count breaks the promise or it has an inverted triangle, and it has not
-   been given up. */
-static bool is_broken(const qw_search *s, const bool *given_up, uint32_t p)
-{
-    return !given_up[p] && (s->kept[p].inverted > 0 || qw_search_miss(s, &s->sum) > 0);
-}
-
-static uint64_t broken_edges(const qw_search *s, const bool *given_up)
-{
-    uint64_t sum = 0;
-    for (uint32_t p = 0; p < s->components->count; p++)
-        if (is_broken(s, given_up, p)) sum += qw_search_complex(s, p)->edge_count;
-    return sum;
-}
-
-/* Gives up the components for which the last two rounds have found nothing better. */
-static void give_up(const qw_search *s, bool *given_up, int next)
-{
-    for (uint32_t p = 0; p < s->components->count; p++)
-        given_up[p] |= is_broken(s, given_up, p) && s->kept[p].number + 2 * (uint32_t)s->tries < (uint32_t)next;
-}
-
-/* Runs trials i to i + QW_MOST_LANES of all broken components; returns how many, in order of their numbers. */
-static uint32_t run_noisy(qw_env *env, const qw_search *s, const bool *given_up, int i, qw_trial *trials,
-                          qw_trial **list)
-{
+    double edges = 0;
     uint32_t n = s->components->count, count = 0;
-    for (int j = i; j < i + QW_MOST_LANES; j++)
+    qw_trial *trials = qw_search_room(env, s, s->tries), **list = QW_NEW(env, qw_trial *, (size_t)s->tries * n);
+    for (int i = 0; i < s->tries; i++)
         for (uint32_t p = 0; p < n; p++) {
-            if (!is_broken(s, given_up, p)) continue;
-            list[count] = &trials[(size_t)(j - i) * n + p];
-            qw_search_prepare(s, list[count++], p, j);
+            if (!is_broken(s, p)) continue;
+            list[count] = &trials[(size_t)i * n + p];
+            qw_search_prepare(s, list[count++], p, round * s->tries + i);
+            edges += qw_search_complex(s, p)->edge_count;
         }
     qw_run_trials(env, s->components, s->most_edges, list, count);
-    return count;
-}
-
-uint32_t qw_search_noise(qw_env *env, qw_search *s)
-{
-    assert(s->tries > 0);
-    qw_scope_begin(env);
-    uint32_t n = s->components->count, count = 0, at = 0;
-    bool *given_up = QW_NEW_ZERO(env, bool, n);
-    qw_trial *trials = qw_search_room(env, s, QW_MOST_LANES),
-             **list = QW_NEW(env, qw_trial *, (size_t)QW_MOST_LANES * n);
-    int i = s->tries, end = i; /* trials below `end` have been run, those below `i` judged */
-    for (; i < NOISY_ROUNDS * s->tries && qw_uses(env, QW_MECH_NOISE); i++) {
-        if (i % (2 * s->tries) == s->tries && i > s->tries) give_up(s, given_up, i);
-        uint64_t edges = broken_edges(s, given_up);
-        if (edges == 0 || (double)i * (double)edges >= s->request.effort * QW_SEARCH_EDGES) break;
-        if (i == end) {
-            end = i + QW_MOST_LANES, at = 0;
-            count = run_noisy(env, s, given_up, i, trials, list);
-        }
-        for (; at < count && list[at]->number == (uint32_t)i; at++) {
-            if (!is_broken(s, given_up, list[at]->component)) continue;
-            qw_search_judge(s, list[at]);
-            qw_acted(env, QW_MECH_NOISE, 1);
-            qw_kept(env, QW_MECH_NOISE, qw_search_take_if_better(s, list[at]));
-        }
+    for (uint32_t i = 0; i < count; i++) {
+        if (!is_broken(s, list[i]->component)) continue;
+        qw_search_judge(s, list[i]);
+        qw_acted(env, QW_MECH_NOISE, 1), qw_kept(env, QW_MECH_NOISE, qw_search_take_if_better(s, list[i]));
     }
     qw_scope_end(env);
-    return (uint32_t)i;
+    return edges;
+}
+
+void qw_search_noise(qw_env *env, qw_search *s)
+{
+    double left = s->request.effort * QW_SEARCH_EDGES - (double)s->tries * s->edges, edges = 1;
+    for (int round = 1; round < NOISY_ROUNDS && left > 0 && edges > 0 && qw_uses(env, QW_MECH_NOISE); round++)
+        left -= edges = try_noise(env, s, round);
 }

@@ -56,14 +56,13 @@ qw_trial *qw_search_room(qw_env *env, const qw_search *s, int combinations)
 
 void qw_search_prepare(const qw_search *s, qw_trial *t, uint32_t component, int i)
 {
-    assert(component < s->components->count && s->tries > 0 && i >= 0);
+    assert(component < s->components->count && i >= 0);
     int k = i % s->tries;
     double side = k & 1 ? -1 : 1;
-    t->component = component, t->number = (uint32_t)i;
+    t->component = component;
     t->scale = s->request.size * (1 + side * SIZE_RANGE * ((k + 1) / 2) / fmax(s->tries / 2, 1));
     t->beyond = INFINITY, t->stretch = 1;
-    t->noise = NOISE * (float)(i / s->tries);
-    t->seed = (uint64_t)i << 32;
+    t->noise = NOISE * (float)(i / s->tries), t->seed = (uint64_t)i << 32;
     t->network = &s->network[component], t->potential = s->potential[component];
     t->first = i == 0;
     t->known = t->done = false;

@@ -1,7 +1,6 @@
 /* What the steps of the search for integers share: the best trial of each component so far, the totals over all
  * components, and the score by which two totals are compared. */
-#ifndef QW_REMESH_QUANTISE_SEARCH_STATE_H
-#define QW_REMESH_QUANTISE_SEARCH_STATE_H
+#pragma once
 
 #include "remesh/quantise/collapse.h"
 #include "remesh/quantise/search_trial.h"
@@ -22,7 +21,7 @@ typedef struct qw_search {
     uint32_t *first;            /* uint32_t[components]: the place of a component in an array over the edges of all */
     qw_network *network;        /* qw_network[components] */
     int64_t **potential;        /* int64_t *[components]: see qw_trial */
-    int tries;                  /* sizes that are tried without noise */
+    int tries;                  /* sizes that are tried */
     qw_trial *kept;             /* qw_trial[components], each with its own d: the best so far */
     qw_search_total sum;        /* of those kept */
     double score;               /* of sum; what is lower is better */
@@ -40,8 +39,8 @@ qw_search qw_search_begin(qw_env *env, const qw_components *components, const qw
 /* qw_trial[combinations][components], each trial with room for its integers. In the current scope. */
 qw_trial *qw_search_room(qw_env *env, const qw_search *s, int combinations);
 
-/* Makes t the i-th trial of a component: the sizes around the wanted one, from the middle outward; then the same sizes
-   with noise, with more each time. */
+/* Makes t the i-th trial of a component: the sizes around the wanted one, from the middle outward; then the
+   same sizes with noise, with more each time. */
 void qw_search_prepare(const qw_search *s, qw_trial *t, uint32_t component, int i);
 
 /* Fills what a trial is judged by: area, cost, inverted, collapsed, open. */
@@ -76,5 +75,3 @@ static inline const qw_complex *qw_search_complex(const qw_search *s, uint32_t p
 {
     return &s->components->component[p].decimated.complex;
 }
-
-#endif

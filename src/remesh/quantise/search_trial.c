@@ -58,11 +58,9 @@ static void choose_integers(qw_env *env, const qw_complex *real, qw_trial *t, qw
     assert(real->edge_count == c->edge_count);
     qw_trial_aim(real, t, c->real);
     for (uint32_t e = 0; e < c->edge_count; e++) {
-        float nx = t->noise * scattered(t->seed + 2 * (uint64_t)e),
-              ny = t->noise * scattered(t->seed + 2 * (uint64_t)e + 1);
         c->fixed[e] = real->fixed[e];
-        if (!(c->fixed[e] & QW_FIXED_X)) c->real[e].x += nx;
-        if (!(c->fixed[e] & QW_FIXED_Y)) c->real[e].y += ny;
+        if (!(c->fixed[e] & QW_FIXED_X)) c->real[e].x += t->noise * scattered(t->seed + 2 * (uint64_t)e);
+        if (!(c->fixed[e] & QW_FIXED_Y)) c->real[e].y += t->noise * scattered(t->seed + 2 * (uint64_t)e + 1);
         c->d[e] = (qw_int2){(int32_t)qw_round_even(c->real[e].x), (int32_t)qw_round_even(c->real[e].y)};
         keep_sign(c, e);
     }

@@ -1,7 +1,6 @@
 /* Trials of the search for integers: each chooses the integer offsets of one connected component for one size of the
  * quads. Trials do not depend on one another, so they run in parallel. */
-#ifndef QW_REMESH_QUANTISE_SEARCH_TRIAL_H
-#define QW_REMESH_QUANTISE_SEARCH_TRIAL_H
+#pragma once
 
 #include "base/lanes.h"
 #include "remesh/quantise/complex_components.h"
@@ -10,10 +9,9 @@
 
 typedef struct qw_trial {
     uint32_t component;
-    uint32_t number; /* 0 is the wanted size without noise; see qw_search_prepare */
-    double scale;    /* factor of the real offsets */
-    double beyond;   /* quads: a real offset that is longer, once scaled, is multiplied by `stretch` as well. The
-                        offsets that are aimed at need not be closed then. INFINITY: none is. */
+    double scale;  /* factor of the real offsets */
+    double beyond; /* quads: a real offset that is longer, once scaled, is multiplied by `stretch` as well. The
+                      offsets that are aimed at need not be closed then. INFINITY: none is. */
     double stretch;
     float noise;               /* quads: up to so much is added to each real offset before it is rounded */
     uint64_t seed;             /* of the noise */
@@ -38,5 +36,3 @@ void qw_trial_aim(const qw_complex *real, const qw_trial *t, qw_real2 *to);
 /* Fills d and counts of each trial. most_edges: of the largest component among them. */
 void qw_run_trials(qw_env *env, const qw_components *components, uint32_t most_edges, qw_trial **trials,
                    uint32_t count);
-
-#endif

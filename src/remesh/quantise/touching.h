@@ -6,8 +6,7 @@
  * Points that become one through such triangles, or through edges without a length, are one vertex of the quads.
  * Curves touch where such a vertex has pieces of two curves, or two corners.
  */
-#ifndef QW_REMESH_QUANTISE_TOUCHING_H
-#define QW_REMESH_QUANTISE_TOUCHING_H
+#pragma once
 
 #include "remesh/quantise/complex_components.h"
 
@@ -24,5 +23,3 @@ uint32_t qw_count_touching(qw_env *env, const qw_component *component, const qw_
    above; obeys Eq. (3) before and after. *work: triangles that may be looked at; is lowered by those that were. Returns
    how often curves touch afterwards. */
 uint32_t qw_part_curves(qw_env *env, const qw_component *component, const qw_real2 *real, qw_int2 *d, double *work);
-
-#endif

@@ -1,8 +1,7 @@
 /* The choice of the diagonal along which a quad that is not plane is folded. Renderers, printers and measures cut
    quads into two triangles, nearly all from the first corner to the third. So each quad begins at the corner from
    which this cut lies nearer to the surface: the mean distance of the same vertices falls by an eighth to a fifth. */
-#ifndef QW_REMESH_RELAX_DIAGONALS_H
-#define QW_REMESH_RELAX_DIAGONALS_H
+#pragma once
 
 #include "geometry/bvh.h"
 #include "geometry/quadmesh.h"
@@ -17,5 +16,3 @@ void qw_choose_diagonals(qw_env *env, const qw_quadmesh *quads, const qw_trimesh
 /* The same mesh with these quads begun at their second corner; corners, twins and marks are new, in the current scope.
  */
 qw_quadmesh qw_turn_quads(qw_env *env, const qw_quadmesh *quads, const uint8_t *turn);
-
-#endif

@@ -1,7 +1,6 @@
 /* Quads are flat or nearly so, and where all their vertices lie on a curved surface they lie beneath it. Here vertices
  * leave the surface, along their normals, by as much as brings the quads nearest to it. */
-#ifndef QW_REMESH_RELAX_FIT_H
-#define QW_REMESH_RELAX_FIT_H
+#pragma once
 
 #include "remesh/relax/fit_target.h"
 
@@ -19,5 +18,3 @@ typedef struct qw_fit {
    the surface stands for another one, whose edges they move onto. So do those of quads that would get an inverted
    corner. quads: linked, on the surface. */
 void qw_fit_quads(qw_env *env, qw_quadmesh *quads, const qw_fit *fit);
-
-#endif

@@ -1,7 +1,6 @@
 /* A surface that stands for another one, as the skin of a wrap stands for what of the input is seen from outside: where
  * the two lie close together the other one is the target, and quads are fitted to it. */
-#ifndef QW_REMESH_RELAX_FIT_TARGET_H
-#define QW_REMESH_RELAX_FIT_TARGET_H
+#pragma once
 
 #include "geometry/bvh.h"
 #include "geometry/quadmesh.h"
@@ -21,5 +20,3 @@ qw_vec3 qw_target_place(const qw_fit_target *m, qw_vec3 place, qw_vec3 up, uint3
 /* Moves the vertices on curves and at corners, but those of boundaries, onto the edges and corners in which the planes
    of the target around them meet. quads: linked. */
 void qw_put_curves_on_target(qw_env *env, qw_quadmesh *quads, const qw_fit_target *m);
-
-#endif

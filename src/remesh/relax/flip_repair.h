@@ -1,8 +1,7 @@
 /* Flip repair: quads that lie with their back to the surface, and inverted corners, by the steps of one table. Vertices
  * move, and nothing else changes.
  */
-#ifndef QW_REMESH_RELAX_FLIP_REPAIR_H
-#define QW_REMESH_RELAX_FLIP_REPAIR_H
+#pragma once
 
 #include "geometry/flips.h"
 #include "remesh/relax/relax_curves.h"
@@ -24,5 +23,3 @@ typedef struct qw_flip_counts {
    quads stay as they are. quads: linked; their positions change. flipped: uint8_t[quads->face_count], set to the
    qw_flip of each quad. */
 qw_flip_counts qw_repair_flips(qw_env *env, qw_quadmesh *quads, const qw_flip_repair *repair, uint8_t *flipped);
-
-#endif

@@ -1,8 +1,7 @@
 /* The quads around a place, taken out as a small mesh of their own: grown by rings, tried, scored against what they
  * were and put back, or dropped. All repairs of flipped quads work on windows, and none writes to the mesh otherwise.
  */
-#ifndef QW_REMESH_RELAX_QUAD_WINDOW_H
-#define QW_REMESH_RELAX_QUAD_WINDOW_H
+#pragma once
 
 #include "geometry/flips.h"
 #include "geometry/quad_edit.h"
@@ -123,5 +122,3 @@ void qw_window_place(qw_repair_site *site, qw_window *window, qw_placing placing
 
 /* Corners that left their place go back or half the way where that is no worse; saved. */
 void qw_window_put_on_curves(qw_repair_site *site, qw_window *patch);
-
-#endif

@@ -2,8 +2,7 @@
  * curve, corners not at all, until the quads are as square and as even as their connectivity lets them; no quad is
  * flipped, and those that come in so are turned back where that can be done. Where a corner of a quad stays
  * inverted otherwise, corners move along curves, by a part of an edge. */
-#ifndef QW_REMESH_RELAX_RELAX_H
-#define QW_REMESH_RELAX_RELAX_H
+#pragma once
 
 #include "geometry/bvh.h"
 #include "geometry/quadmesh.h"
@@ -35,5 +34,3 @@ typedef struct qw_relax_target {
 /* surface: with marks; its marked and boundary edges are the curves. Returns qw_vec3[quads->vertex_count]. */
 qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface,
                         const qw_relax_target *target);
-
-#endif

@@ -6,8 +6,7 @@
  *     the smaller of  (u.e)^2 + (v.d)^2  and  (u.d)^2 + (v.e)^2,  over the wanted area
  *
  * which is the squared sine of the angle between them. */
-#ifndef QW_REMESH_RELAX_RELAX_ALIGN_H
-#define QW_REMESH_RELAX_RELAX_ALIGN_H
+#pragma once
 
 #include "base/simd.h"
 #include "geometry/bvh.h"
@@ -44,5 +43,3 @@ qw_lanes qw_lines_energy(qw_lanes wanted, const qw_vec3_lanes p[4], const qw_vec
 /* Adds the same to the model by the axes of the corners. */
 void qw_add_lines(qw_lanes wanted, const qw_vec3_lanes p[4], const qw_vec3_lanes axis[4][2], const qw_vec3_lanes *along,
                   const qw_vec3_lanes *across, qw_relax_model *model);
-
-#endif

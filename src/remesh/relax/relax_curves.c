@@ -20,11 +20,6 @@ static const float RIM_REACH = 3.0f;
    quads are so thin that two curves are an edge apart, marks and chains are no guide. */
 static const float DETOUR = 0.5f;
 
-/* A kink turns by less than a corner but more than 25 degrees, cosine, between sides that are straight, within 5
- * degrees, for an edge of the quads: the quads go on through it, but have a vertex there. It takes one that lies on a
- * side, off by no more than the last share of an edge. */
-static const float KINK_COSINE = 0.90630779f, STRAIGHT_COSINE = 0.99619470f, ON_SIDE = 0.1f;
-
 /* ---- the input's curves */
 
 typedef struct curve_set {
@@ -228,74 +223,6 @@ static void bind_vertices(qw_env *env, const qw_quadmesh *quads, curve_set *c, q
     }
 }
 
-/* ---- kinks */
-
-/* Whether the curve goes straight on for a length from v by way of its neighbour `next`. */
-static bool is_straight(const curve_set *c, uint32_t v, uint32_t next, float length)
-{
-    assert(c->ends && v != next);
-    const qw_vec3 *p = c->surface->position;
-    qw_vec3 along = qw_normalize(qw_sub(p[next], p[v]));
-    for (uint32_t from = v, to = next; qw_distance(p[v], p[to]) < length;) {
-        if (c->ends[to].count != 2) return true; /* as far as it goes */
-        uint32_t after = qw_curve_beyond(c->ends, from, to);
-        from = to, to = after;
-        if (to == v || qw_dot(qw_normalize(qw_sub(p[to], p[from])), along) < STRAIGHT_COSINE) return false;
-    }
-    return true;
-}
-
-/* Whether surface vertex v, between two curve edges, is a kink for quads of a size. */
-static bool is_kink(const curve_set *c, uint32_t v, float size)
-{
-    assert(v < c->surface->vertex_count);
-    if (c->ends[v].count != 2) return false;
-    const uint32_t *other = c->ends[v].other;
-    const qw_vec3 *p = c->surface->position;
-    return qw_turns_sharply(p[other[0]], p[v], p[other[1]], KINK_COSINE) &&
-           !qw_is_curve_corner(c->surface, c->ends, v, (float)qw_cos(QW_CORNER_ANGLE)) &&
-           is_straight(c, v, other[0], size) && is_straight(c, v, other[1], size);
-}
-
-static bool is_on_side(const curve_set *c, uint32_t v, qw_vec3 place, float size)
-{
-    assert(v < c->surface->vertex_count);
-    for (int i = 0; i < 2; i++) {
-        qw_vec3 at = c->surface->position[v], d = qw_sub(place, at),
-                along = qw_normalize(qw_sub(c->surface->position[c->ends[v].other[i]], at));
-        float t = qw_dot(d, along);
-        if (t >= 0 && qw_distance(d, qw_scale(along, t)) <= ON_SIDE * size) return true;
-    }
-    return false;
-}
-
-/* Each kink takes the nearest curve vertex of the quads on its sides, which is a corner from then on. */
-static void pin_kinks(qw_env *env, const qw_quadmesh *quads, const curve_set *c, qw_curve_binding *b, const float *size,
-                      qw_vec3 *position)
-{
-    uint32_t count = 0, n = c->surface->vertex_count;
-    uint32_t *vertex = QW_NEW(env, uint32_t, n), *owner = QW_NEW(env, uint32_t, n);
-    qw_vec3 *place = QW_NEW(env, qw_vec3, n);
-    for (uint32_t v = 0; v < n; v++)
-        if (is_kink(c, v, 0)) owner[count] = QW_NONE, place[count] = c->surface->position[v], vertex[count++] = v;
-    const qw_curve_tree *tree = count > 0 ? qw_curve_tree_build(env, place, place, count) : NULL;
-    for (uint32_t v = 0; tree && v < quads->vertex_count; v++) {
-        if (quads->kind[v] != QW_VERTEX_CURVE || b->edge[v] == QW_NONE) continue;
-        uint32_t hit = qw_curve_nearest(tree, position[v], REACH * size[v]).segment;
-        if (hit == QW_NONE || !is_on_side(c, vertex[hit], position[v], size[v])) continue;
-        uint32_t other = owner[hit];
-        if (other == QW_NONE || qw_distance(position[v], place[hit]) < qw_distance(position[other], place[hit]))
-            owner[hit] = v;
-    }
-    for (uint32_t i = 0; i < count; i++) {
-        uint32_t v = owner[i];
-        if (v == QW_NONE || !is_kink(c, vertex[i], size[v])) continue;
-        qw_did(env, QW_MECH_KINKS, 1);
-        quads->kind[v] = QW_VERTEX_CORNER, b->edge[v] = QW_NONE, position[v] = place[i];
-    }
-    qw_free(env, vertex), qw_free(env, owner), qw_free(env, place);
-}
-
 qw_curve_binding qw_bind_curves(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const float *size,
                                 qw_vec3 *position)
 {
@@ -314,7 +241,6 @@ qw_curve_binding qw_bind_curves(qw_env *env, const qw_quadmesh *quads, const qw_
     if (c.count == 0) return b;
     label_curves(env, &c, b.stop);
     bind_vertices(env, quads, &c, &b, size, position);
-    if (qw_uses(env, QW_MECH_KINKS)) pin_kinks(env, quads, &c, &b, size, position);
     return b;
 }
 

@@ -5,8 +5,7 @@
  * on a curve that merely runs close by. Corners are pinned to the input's corners; curves end there and where other
  * than two of their edges meet.
  */
-#ifndef QW_REMESH_RELAX_RELAX_CURVES_H
-#define QW_REMESH_RELAX_RELAX_CURVES_H
+#pragma once
 
 #include "geometry/bvh.h"
 #include "geometry/quadmesh.h"
@@ -29,5 +28,3 @@ qw_vec3 qw_slide_bound(const qw_curve_binding *b, uint32_t *edge, qw_vec3 p);
 
 /* Boundary and marked edges of the surface; NULL where it has none. */
 qw_curve_tree *qw_all_curves(qw_env *env, const qw_trimesh *surface);
-
-#endif

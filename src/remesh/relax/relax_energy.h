@@ -11,8 +11,7 @@
  * still have a finite energy, from which there is a way down: Garanzha, Kaporin, Kudryavtseva, Protais, Ray, Sokolov,
  * Foldover-free maps in 50 lines of code, 2021.
  */
-#ifndef QW_REMESH_RELAX_RELAX_ENERGY_H
-#define QW_REMESH_RELAX_RELAX_ENERGY_H
+#pragma once
 
 #include "base/simd.h"
 
@@ -42,5 +41,3 @@ qw_lanes qw_quad_energy(const qw_plane_quads *q, qw_lanes wanted, qw_lanes soft,
 /* The same with its model. */
 qw_lanes qw_quad_energy_model(const qw_plane_quads *q, qw_lanes wanted, qw_lanes soft, const qw_relax_weights *w,
                               qw_relax_model *model);
-
-#endif

@@ -2,8 +2,7 @@
  * lie, clusters of those, and so on. What each unknown of all of them would do by itself, added up, is a preconditioner
  * that knows long waves too (Bramble, Pasciak, Xu, "Parallel multilevel preconditioners", 1990).
  */
-#ifndef QW_REMESH_RELAX_RELAX_GRIDS_H
-#define QW_REMESH_RELAX_RELAX_GRIDS_H
+#pragma once
 
 #include "base/env.h"
 #include "remesh/relax/relax_energy.h"
@@ -44,5 +43,3 @@ static inline qw_vec2 qw_correction_at(const qw_relax_correction *c, uint32_t v)
 {
     return c->group ? qw_block_times(c->share[v], c->z[c->group[v]]) : (qw_vec2){0, 0};
 }
-
-#endif

@@ -2,8 +2,7 @@
  * solved roughly by conjugate gradients, preconditioned by itself and by coarser ones (relax_grids.h). Sums run over
  * fixed blocks in order, so the number of threads changes no bit.
  */
-#ifndef QW_REMESH_RELAX_RELAX_SOLVE_H
-#define QW_REMESH_RELAX_RELAX_SOLVE_H
+#pragma once
 
 #include "geometry/quadmesh.h"
 #include "remesh/relax/relax_grids.h"
@@ -36,5 +35,3 @@ void qw_relax_system_fill(qw_env *env, qw_relax_system *s, const qw_relax_model 
 
 /* x, from zero, until the residual has fallen by `tolerance` or so many iterations are done; returns their number. */
 uint32_t qw_relax_system_solve(qw_env *env, qw_relax_system *s, float tolerance, uint32_t most);
-
-#endif

@@ -1,7 +1,6 @@
 /* So many edges around each full circle: of curves that turn, such as the rims of holes, and of the surface where it
  * bends, such as on fillets. */
-#ifndef QW_REMESH_SIZES_AROUND_H
-#define QW_REMESH_SIZES_AROUND_H
+#pragma once
 
 #include "geometry/trimesh.h"
 
@@ -14,5 +13,3 @@ float *qw_find_circles(qw_env *env, const qw_trimesh *mesh, const qw_trimesh *cu
    raises the rest so that as many quads cover the surface as with the sizes given. Where there is no room for that,
    edges on circles turn more. bend: float[mesh->vertex_count], as above. */
 void qw_fit_around(qw_env *env, const qw_trimesh *mesh, const float *bend, double turn, float *size);
-
-#endif

@@ -1,8 +1,7 @@
 /* How a surface bends, summed up over pieces of it: areas, normals and the tensors of its edges, of which the principal
  * curvatures of the whole piece follow (Cohen-Steiner and Morvan 2003, Restricted Delaunay triangulations and normal
  * cycle). */
-#ifndef QW_REMESH_SIZES_BENDS_H
-#define QW_REMESH_SIZES_BENDS_H
+#pragma once
 
 #include "geometry/trimesh.h"
 
@@ -20,5 +19,3 @@ qw_bends *qw_sum_bends(qw_env *env, const qw_trimesh *mesh, const uint32_t *of, 
 
 /* The mean principal curvatures of what was summed up, the larger first. Returns the normal. */
 qw_vec3 qw_principal_curvatures(const qw_bends *sums, double curvature[2]);
-
-#endif

@@ -1,8 +1,7 @@
 /* A surface in cells: connected pieces about as wide as is asked for, and which of them touch. What sizes depend on is
  * found on these, so that it costs as much for a dense scan as for a coarse mesh and does not depend on the triangles.
  */
-#ifndef QW_REMESH_SIZES_CELLS_H
-#define QW_REMESH_SIZES_CELLS_H
+#pragma once
 
 #include "geometry/trimesh.h"
 
@@ -47,5 +46,3 @@ void qw_cells_limit(qw_env *env, const qw_cells *cells, float *value, float slop
    [count]. */
 void qw_cells_interpolate(const qw_cells *cells, const float *value, float slope, const qw_vec3 *point, uint32_t count,
                           float *at);
-
-#endif

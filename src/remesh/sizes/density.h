@@ -6,8 +6,7 @@
  * and between two feature curves. Sizes grow from quad to quad by a bounded factor, and the number of quads stays as it
  * was.
  */
-#ifndef QW_REMESH_SIZES_DENSITY_H
-#define QW_REMESH_SIZES_DENSITY_H
+#pragma once
 
 #include "remesh/sizes/cells.h"
 #include "geometry/bvh.h"
@@ -41,5 +40,3 @@ void qw_fit_limbs(qw_env *env, const qw_bvh *surface, const qw_limb_points *at, 
 
 /* Lowers size where two feature curves run side by side with fewer than two quads between them. */
 void qw_fit_between_curves(qw_env *env, const qw_trimesh *surface, bool with_boundary, float *size);
-
-#endif

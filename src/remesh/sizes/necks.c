@@ -3,129 +3,226 @@
 #include "base/elementary.h"
 #include "base/sets.h"
 #include "base/sort.h"
-#include "remesh/sizes/scale.h"
+#include "remesh/sizes/cells.h"
+#include "solve/queue.h"
 
 #include <assert.h>
 #include <math.h>
 #include <string.h>
 
-/* q of a pocket, and of other necks at strength 1; how much q rises between two necks on one limb. */
+/* q of a pocket, and of other necks at strength 1; how much q rises between two necks on one limb, and by how much
+   girths differ that are about the same. */
 static const double MOST_RATIO = 0.4, RISE = 1.25;
-/* Distances from so many points, far from one another, say how far out a vertex is. A tip is farther out than the
-   saddle to the next by so many edges. */
-enum { BASES = 8, MOST_SEEDS = 64 };
-static const float LEAST_OUT = 1.5f;
-/* A curve is looked for at so many distances, up to where it has this share of the surface on its far side. */
+/* Tips are looked for on so many cells at most. Distances from so many of them, far from one another, say how far out a
+   cell is. A tip is farther out than the saddle to the next by half an edge. */
+enum { MOST_CELLS = 16000, BASES = 8, MOST_SEEDS = 64 };
+static const double HALF = 0.5;
+/* A curve is looked for at so many distances, as many as there are edges on the way, up to where it has this share of
+   the surface on its far side, or so many times what is farther out than the saddle. */
 enum { LEVELS = 96 };
-static const double MOST_INSIDE = 0.4, FARTHEST = 0.6; /* the latter of the vertices */
-/* Surfaces of more components are soups, or assemblies of plain parts. */
-enum { MOST_COMPONENTS = 8 };
+static const double MOST_INSIDE = 0.4, BEYOND_SADDLE = 3;
+/* Edges in nests are as short as this share of the mean one at least. */
+static const double SHORTEST = 0.2;
+/* Of so many quads one neck takes its share: where all that are found have fewer, none is taken, as rings around some
+   horns would leave no quads for the others. */
+static const double QUADS_OF_NECK = 100;
 /* Points of a curve, and the rounds in which it is made smooth and short. */
 enum { POINTS = 32, ROUNDS = 12 };
 
 typedef struct neck {
     double ratio;
-    float size; /* wanted edge on it */
     uint8_t is_pocket, is_open;
     qw_vec3 point[POINTS]; /* on a whole ring, or from end to end of the half that a cut leaves */
+    uint32_t face[POINTS]; /* that each lies on */
 } neck;
 
 typedef struct search {
     qw_env *env;
     const qw_trimesh *mesh;
-    const qw_bvh *tree;
-    const float *size;
-    double most_ratio, area;
-    bool is_half;
+    const qw_bvh *tree; /* NULL until it is needed */
+    double edge, most_ratio, area;
+    const double *cut;
     neck *found; /* neck[QW_MOST_NECKS] */
     size_t count;
+    /* around the tip that is looked at, up to some distance */
+    const uint32_t *outgoing; /* uint32_t[vertices] */
+    float *distance;          /* float[vertices]; INFINITY: not reached */
+    uint32_t *reached, reached_count;
+    uint32_t *face, face_count, *stamp,
+        walk; /* the faces there; stamp: uint32_t[faces], the walk that was there last */
+    qw_queue queue;
 } search;
+
+/* No distance is that large; other components are. */
+static const float FARTHEST = 1e2f;
+
+static double area_of(const qw_trimesh *m, uint32_t f) { return 0.5 * (double)qw_length(qw_face_cross(m, f)); }
 
 /* ---- tips and floors */
 
-static float *distances_from(const search *s, uint32_t v, float farthest)
+/* A tip or a floor, and how much is to be looked at around it. */
+typedef struct seed {
+    uint32_t vertex;
+    double area;
+} seed;
+
+/* The vertices, or cells of them where they are many. */
+static qw_cells find_cells(const search *s)
 {
-    uint8_t *is_from = QW_NEW_ZERO(s->env, uint8_t, s->mesh->vertex_count);
-    is_from[v] = 1;
-    float *distance = qw_distances(s->env, s->mesh, is_from, farthest);
-    qw_free(s->env, is_from);
+    uint32_t n = s->mesh->vertex_count;
+    if (n > MOST_CELLS) return qw_cells_of_mesh(s->env, s->mesh, (float)sqrt(s->area / MOST_CELLS));
+    qw_cells c = qw_cells_of_vertices(s->env, s->mesh);
+    c.of = c.start = QW_NEW(s->env, uint32_t, n);
+    for (uint32_t v = 0; v < n; v++) c.of[v] = v;
+    return c;
+}
+
+static float *distances_from(const search *s, const qw_cells *c, uint32_t from, float farthest)
+{
+    float *distance = QW_NEW(s->env, float, c->count);
+    for (uint32_t i = 0; i < c->count; i++) distance[i] = i == from ? 0 : farthest;
+    qw_cells_limit(s->env, c, distance, 1);
     return distance;
 }
 
-/* The mean distance of each vertex to BASES points that lie far from one another: float[vertices]. */
-static float *how_far_out(const search *s)
+/* The mean distance of each cell to BASES that lie far from one another: float[cells]. */
+static float *how_far_out(const search *s, const qw_cells *c)
 {
-    uint32_t n = s->mesh->vertex_count, base = 0;
-    const float farthest = 1e3f; /* frame: other components */
+    uint32_t n = c->count, base = 0;
     float *sum = QW_NEW_ZERO(s->env, float, n), *nearest = QW_NEW(s->env, float, n);
-    for (uint32_t v = 0; v < n; v++) nearest[v] = farthest;
     for (int i = 0; i <= BASES; i++) { /* the first only says where the next is */
-        float *distance = distances_from(s, base, farthest);
+        float *distance = distances_from(s, c, base, FARTHEST);
         uint32_t next = 0;
-        for (uint32_t v = 0; v < n; v++) {
-            if (i > 0 && distance[v] < farthest) sum[v] += distance[v] / BASES;
-            nearest[v] = i > 0 ? fminf(nearest[v], distance[v]) : distance[v];
-            if (nearest[v] > nearest[next]) next = v;
+        for (uint32_t k = 0; k < n; k++) {
+            if (i > 0 && distance[k] < FARTHEST) sum[k] += distance[k] / BASES;
+            nearest[k] = i > 1 ? fminf(nearest[k], distance[k]) : distance[k];
+            if (nearest[k] > nearest[next]) next = k;
         }
-        if (i == 0)
-            for (uint32_t v = 0; v < n; v++) nearest[v] = farthest;
         base = next;
         qw_free(s->env, distance);
     }
     return sum;
 }
 
-/* Vertices that are farther out than all around them, by as much as counts: as a flood falls from the farthest vertex,
-   islands come up around them, and of two that meet the lower one ends. uint32_t[*count]. */
-static uint32_t *find_seeds(const search *s, uint32_t *count)
+/* Cells that are farther out than all around them, by as much as counts: as a flood falls from the farthest one,
+   islands come up around them, and of two that meet the lower one ends. seed: seed[cells + 1]. */
+static uint32_t find_seeds(const search *s, const qw_cells *c, seed *seeds)
 {
     qw_env *env = s->env;
-    const qw_trimesh *m = s->mesh;
-    uint32_t n = m->vertex_count, seeds = 0, *set = QW_NEW(env, uint32_t, n), *top = QW_NEW(env, uint32_t, n),
-             *outgoing = qw_trimesh_outgoing(env, m), *seed = QW_NEW(env, uint32_t, n);
-    const float *out = how_far_out(s);
-    uint8_t *is_up = QW_NEW_ZERO(env, uint8_t, n);
+    uint32_t n = c->count, count = 0, *set = QW_NEW(env, uint32_t, n), *top = QW_NEW(env, uint32_t, n),
+             *is_up = QW_NEW_ZERO(env, uint32_t, n);
+    const float *out = how_far_out(s, c);
+    double *area = QW_NEW_ZERO(env, double, n);
+    for (uint32_t f = 0; f < s->mesh->face_count; f++) area[c->of[s->mesh->corner[3 * f]]] += area_of(s->mesh, f);
     uint64_t *order = QW_NEW(env, uint64_t, n);
-    for (uint32_t v = 0; v < n; v++) order[v] = (uint64_t)(1e6 * (1e3 - (double)out[v])) << 32 | v, top[v] = v;
+    for (uint32_t i = 0; i < n; i++) order[i] = (uint64_t)(UINT32_MAX - qw_float_key(out[i])) << 32 | i, top[i] = i;
     qw_sort_u64(order, n);
     qw_sets_begin(set, n);
+    const double most = MOST_INSIDE * s->area;
     for (uint32_t i = 0; i < n; i++) {
-        uint32_t v = (uint32_t)order[i], h = outgoing[v];
+        uint32_t v = (uint32_t)order[i];
         is_up[v] = 1;
+        for (uint32_t k = c->begin[v]; k < c->begin[v + 1]; k++) {
+            if (!is_up[c->neighbour[k]]) continue;
+            uint32_t a = qw_set_of(set, v), b = qw_set_of(set, c->neighbour[k]);
+            if (a == b) continue;
+            uint32_t high = out[top[a]] >= out[top[b]] ? a : b, low = high == a ? b : a, tip = top[high];
+            if ((double)(out[top[low]] - out[v]) > HALF * s->edge)
+                seeds[count++] = (seed){c->start[top[low]], fmin(BEYOND_SADDLE * area[low], most)};
+            area[a] += area[b], area[b] = area[a];
+            qw_join_sets(set, a, b);
+            top[qw_set_of(set, a)] = tip;
+        }
+    }
+    for (uint32_t i = 0; i < n; i++)
+        if (qw_set_of(set, i) == i) seeds[count++] = (seed){c->start[top[i]], most};
+    return count < MOST_SEEDS ? count : MOST_SEEDS;
+}
+
+/* ---- around a tip */
+
+static void reach(search *s, uint32_t v, float distance)
+{
+    if (distance >= s->distance[v]) return;
+    s->distance[v] = distance;
+    qw_queue_put(&s->queue, v, (int64_t)((double)distance / s->edge * QW_QUEUE_UNIT));
+}
+
+/* Distances along the edges from a vertex, until so much is reached. Returns the last. */
+static float walk_from(search *s, uint32_t from, double most)
+{
+    const qw_trimesh *m = s->mesh;
+    double area = 0;
+    float last = 0;
+    s->walk++;
+    reach(s, from, 0);
+    for (uint32_t v; area < most && (v = qw_queue_take(&s->queue)) != QW_NONE;) {
+        uint32_t h = s->outgoing[v];
+        s->reached[s->reached_count++] = v, last = s->distance[v];
+        do {
+            uint32_t f = h / 3, ends[2] = {m->corner[qw_next(h)], m->corner[qw_prev(h)]};
+            for (int i = 0; i < 2; i++) reach(s, ends[i], last + qw_distance(m->position[v], m->position[ends[i]]));
+            if (s->stamp[f] != s->walk) s->stamp[f] = s->walk, s->face[s->face_count++] = f, area += area_of(m, f);
+            h = qw_around(m, h);
+        } while (h != QW_NONE && h != s->outgoing[v]);
+    }
+    return last;
+}
+
+/* Takes the distances of what was reached from what waits beyond, in the place of those from the tip: so much less than
+   the largest of these, which is returned. Their lines lie along the rim of a pocket, at whatever slant the floor is.
+ */
+static float turn_around(search *s)
+{
+    const qw_trimesh *m = s->mesh;
+    uint32_t beyond = s->reached_count;
+    float last = 0;
+    for (uint32_t i = 0; i < s->reached_count; i++) s->distance[s->reached[i]] = FARTHEST;
+    for (uint32_t v; (v = qw_queue_take(&s->queue)) != QW_NONE;) s->distance[v] = INFINITY, s->reached[beyond++] = v;
+    s->queue.last = 0;
+    for (uint32_t i = s->reached_count; i < beyond; i++) reach(s, s->reached[i], 0);
+    for (uint32_t v; (v = qw_queue_take(&s->queue)) != QW_NONE; last = s->distance[v]) {
+        uint32_t h = s->outgoing[v];
         do {
             uint32_t ends[2] = {m->corner[qw_next(h)], m->corner[qw_prev(h)]};
-            for (int k = 0; k < 2; k++) {
-                if (!is_up[ends[k]]) continue;
-                uint32_t a = qw_set_of(set, v), b = qw_set_of(set, ends[k]);
-                if (a == b) continue;
-                uint32_t high = out[top[a]] >= out[top[b]] ? top[a] : top[b], low = high == top[a] ? top[b] : top[a];
-                if (out[low] - out[v] > LEAST_OUT * s->size[low]) seed[seeds++] = low;
-                qw_join_sets(set, a, b);
-                top[qw_set_of(set, a)] = high;
-            }
+            for (int i = 0; i < 2; i++)
+                if (s->distance[ends[i]] <= FARTHEST)
+                    reach(s, ends[i], s->distance[v] + qw_distance(m->position[v], m->position[ends[i]]));
             h = qw_around(m, h);
-        } while (h != QW_NONE && h != outgoing[v]);
+        } while (h != QW_NONE && h != s->outgoing[v]);
     }
-    for (uint32_t v = 0; v < n; v++)
-        if (qw_set_of(set, v) == v) seed[seeds++] = top[v];
-    *count = seeds < MOST_SEEDS ? seeds : MOST_SEEDS;
-    return seed;
+    for (uint32_t i = 0; i < beyond; i++) s->distance[s->reached[i]] = last - s->distance[s->reached[i]];
+    s->reached_count = beyond;
+    return last;
+}
+
+/* As if nothing had been reached. */
+static void forget(search *s)
+{
+    for (uint32_t i = 0; i < s->reached_count; i++) s->distance[s->reached[i]] = INFINITY;
+    for (uint32_t v; (v = qw_queue_take(&s->queue)) != QW_NONE;) s->distance[v] = INFINITY;
+    s->queue.last = 0, s->reached_count = s->face_count = 0;
 }
 
 /* ---- level lines */
 
 /* What lies nearer to a seed than each of LEVELS distances, and the length of the line there. */
 typedef struct levels {
-    float step;                                        /* level j is at (j + 1) times this */
-    double length[LEVELS], area[LEVELS], size[LEVELS]; /* size: sum of wanted sizes times length */
+    bool pockets; /* are looked for, and nothing else */
+    bool others;  /* are there, of the other kind */
+    int count;    /* of the levels: LEVELS at the most */
+    float step;   /* level j is at (j + 1) times this */
+    double length[LEVELS], area[LEVELS];
     int64_t euler[LEVELS];
     uint32_t ends[LEVELS]; /* of the line, at a boundary */
 } levels;
 
+static float level_at(const levels *l, int j) { return l->step * (float)(j + 1); }
+
 static uint32_t level_above(const levels *l, float distance)
 {
     float j = distance / l->step;
-    return j >= LEVELS ? LEVELS : (uint32_t)j;
+    return j >= (float)l->count ? (uint32_t)l->count : (uint32_t)j;
 }
 
 /* Where the line at a distance crosses the edge of h. */
@@ -140,114 +237,102 @@ static bool crosses(const qw_trimesh *m, const float *distance, uint32_t h, floa
     return (distance[m->corner[h]] <= at) != (distance[m->corner[qw_next(h)]] <= at);
 }
 
-static void measure_face(const search *s, const float *distance, uint32_t f, levels *l)
+static void measure_face(const search *s, uint32_t f, levels *l)
 {
     const qw_trimesh *m = s->mesh;
+    const float *distance = s->distance;
     const uint32_t *c = m->corner + 3 * (size_t)f;
     float least = fminf(fminf(distance[c[0]], distance[c[1]]), distance[c[2]]),
-          most = fmaxf(fmaxf(distance[c[0]], distance[c[1]]), distance[c[2]]),
-          mean = (s->size[c[0]] + s->size[c[1]] + s->size[c[2]]) / 3;
-    for (uint32_t j = level_above(l, least); j < LEVELS && l->step * (float)(j + 1) < most; j++) {
-        float at = l->step * (float)(j + 1);
+          most = fmaxf(fmaxf(distance[c[0]], distance[c[1]]), distance[c[2]]);
+    for (uint32_t j = level_above(l, least); j < (uint32_t)l->count && level_at(l, (int)j) < most; j++) {
         qw_vec3 end[2];
         int ends = 0;
         for (uint32_t h = 3 * f; h < 3 * f + 3 && ends < 2; h++)
-            if (crosses(m, distance, h, at)) end[ends++] = crossing(m, distance, h, at);
-        if (ends < 2) continue;
-        double length = (double)qw_distance(end[0], end[1]);
-        l->length[j] += length, l->size[j] += length * (double)mean;
+            if (crosses(m, distance, h, level_at(l, (int)j)))
+                end[ends++] = crossing(m, distance, h, level_at(l, (int)j));
+        if (ends == 2) l->length[j] += (double)qw_distance(end[0], end[1]);
+    }
+    for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
+        float a = distance[m->corner[h]], b = distance[m->corner[qw_next(h)]];
+        for (uint32_t j = level_above(l, fminf(a, b)); m->twin[h] == QW_NONE && j < (uint32_t)l->count; j++)
+            l->ends[j] += crosses(m, distance, h, level_at(l, (int)j));
+        uint32_t whole = level_above(l, fmaxf(a, b));
+        if (qw_stands_for_edge(m, h) && whole < (uint32_t)l->count) l->euler[whole]--;
     }
     uint32_t whole = level_above(l, most);
-    if (whole < LEVELS) l->area[whole] += 0.5 * (double)qw_length(qw_face_cross(m, f)), l->euler[whole]++;
+    if (whole < (uint32_t)l->count) l->area[whole] += area_of(m, f), l->euler[whole]++;
 }
 
 /* Sums over all levels; what is counted at one is within those above it. */
-static void measure_levels(const search *s, const float *distance, levels *l)
+static void measure_levels(const search *s, levels *l)
 {
-    const qw_trimesh *m = s->mesh;
-    for (uint32_t f = 0; f < m->face_count; f++) measure_face(s, distance, f, l);
-    for (uint32_t v = 0; v < m->vertex_count; v++) {
-        uint32_t j = level_above(l, distance[v]);
-        if (j < LEVELS) l->euler[j]++;
+    for (uint32_t i = 0; i < s->face_count; i++) measure_face(s, s->face[i], l);
+    for (uint32_t i = 0; i < s->reached_count; i++) {
+        uint32_t j = level_above(l, s->distance[s->reached[i]]);
+        if (j < (uint32_t)l->count) l->euler[j]++;
     }
-    for (uint32_t h = 0; h < 3 * m->face_count; h++) {
-        if (!qw_stands_for_edge(m, h)) continue;
-        for (uint32_t j = 0; m->twin[h] == QW_NONE && j < LEVELS; j++)
-            l->ends[j] += crosses(m, distance, h, l->step * (float)(j + 1));
-        uint32_t j = level_above(l, fmaxf(distance[m->corner[h]], distance[m->corner[qw_next(h)]]));
-        if (j < LEVELS) l->euler[j]--;
-    }
-    for (int j = 1; j < LEVELS; j++) l->area[j] += l->area[j - 1], l->euler[j] += l->euler[j - 1];
+    for (int j = 1; j < l->count; j++) l->area[j] += l->area[j - 1], l->euler[j] += l->euler[j - 1];
+}
+
+/* q where the level encloses a disc, which a cut may halve; else INFINITY. */
+static double ratio_at(const search *s, const levels *l, int j)
+{
+    bool is_disc = l->euler[j] == 1 && l->area[j] > 0 && l->length[j] > 0 && l->ends[j] <= (s->cut ? 2 : 0);
+    double halves = l->ends[j] > 0 ? 2 : 1;
+    return is_disc ? halves * l->length[j] * l->length[j] / (4 * QW_PI * l->area[j]) : INFINITY;
 }
 
 /* ---- curves */
 
 /* The half-edge through which the line at that distance comes out of the face that it enters through h. */
-static uint32_t way_out(const qw_trimesh *m, const float *distance, uint32_t h, float at)
+static uint32_t way_out(const search *s, uint32_t h, float at)
 {
-    return crosses(m, distance, qw_next(h), at) ? qw_next(h) : qw_prev(h);
+    return crosses(s->mesh, s->distance, qw_next(h), at) ? qw_next(h) : qw_prev(h);
 }
 
 /* Walks along the line, which is one closed curve, or an open one from boundary to boundary, and puts points on it at
    equal ways. False where it is not. */
-static bool trace(const search *s, const float *distance, float at, double length, neck *n)
+static bool trace(const search *s, float at, double length, neck *n)
 {
     const qw_trimesh *m = s->mesh;
-    qw_vec3 *point = n->point;
     uint32_t first = QW_NONE, taken = 0, steps = n->is_open ? POINTS - 1 : POINTS;
-    for (uint32_t h = 0; h < 3 * m->face_count && first == QW_NONE; h++)
-        if (crosses(m, distance, h, at) && (m->twin[h] == QW_NONE) == n->is_open) first = h;
+    for (uint32_t i = 0; i < 3 * s->face_count && first == QW_NONE; i++) {
+        uint32_t h = 3 * s->face[i / 3] + i % 3;
+        if (crosses(m, s->distance, h, at) && (m->twin[h] == QW_NONE) == n->is_open) first = h;
+    }
     if (first == QW_NONE) return false;
     double gone = 0;
-    qw_vec3 here = crossing(m, distance, first, at);
+    qw_vec3 here = crossing(m, s->distance, first, at);
     uint32_t h = first;
     do {
-        uint32_t out = way_out(m, distance, h, at);
-        qw_vec3 next = crossing(m, distance, out, at);
+        uint32_t out = way_out(s, h, at);
+        qw_vec3 next = crossing(m, s->distance, out, at);
         double step = (double)qw_distance(here, next);
         for (; taken < POINTS && taken * length / steps <= gone + step; taken++) {
             double share = step > 0 ? (taken * length / steps - gone) / step : 0;
-            point[taken] = qw_lerp(here, next, (float)fmax(share, 0));
+            n->point[taken] = qw_lerp(here, next, (float)fmax(share, 0)), n->face[taken] = h / 3;
         }
         gone += step, here = next;
         h = m->twin[out];
         if ((h == QW_NONE && !n->is_open) || gone > 1.01 * length) return false;
     } while (h != first && h != QW_NONE);
-    if (n->is_open && taken >= POINTS - 1) point[POINTS - 1] = here, taken = POINTS;
+    if (n->is_open && taken == POINTS - 1) n->point[taken] = here, n->face[taken] = n->face[taken - 1], taken++;
     return taken == POINTS && gone > 0.99 * length;
 }
 
 /* Whether the volume between what lies nearer than the curve and the middle of the curve is on the outside. */
-static bool is_pocket(const search *s, const float *distance, float at, const neck *n)
+static bool is_pocket(const search *s, float at, const neck *n)
 {
     const qw_trimesh *m = s->mesh;
     int across = n->is_open ? POINTS - 1 : POINTS / 2; /* both ends of a half lie in the cut */
     qw_vec3 middle = qw_lerp(n->point[0], n->point[across], 0.5f);
     double volume = 0;
-    for (uint32_t f = 0; f < m->face_count; f++) {
-        const uint32_t *c = m->corner + 3 * (size_t)f;
-        if (fmaxf(fmaxf(distance[c[0]], distance[c[1]]), distance[c[2]]) <= at)
-            volume += (double)qw_dot(qw_sub(m->position[c[0]], middle), qw_face_cross(m, f));
+    for (uint32_t i = 0; i < s->face_count; i++) {
+        const uint32_t *c = m->corner + 3 * (size_t)s->face[i];
+        if (fmaxf(fmaxf(s->distance[c[0]], s->distance[c[1]]), s->distance[c[2]]) <= at)
+            volume += (double)qw_dot(qw_sub(m->position[c[0]], middle), qw_face_cross(m, s->face[i]));
     }
     return volume < 0;
-}
-
-/* Smooth and a little shorter, so that it lies in the neck; it stays on the surface. Around a limb it becomes straight:
-   steps of a quarter of it undo a slant, but they would draw the rim of a pocket in. */
-static void tighten(const search *s, neck *n)
-{
-    for (int round = 0; round < ROUNDS; round++) {
-        qw_vec3 moved[POINTS];
-        int step = n->is_pocket || n->is_open ? 1 : POINTS / 4 >> round % 4, first = n->is_open;
-        qw_vec3 *point = n->point;
-        memcpy(moved, point, sizeof moved);
-        for (int i = first; i < POINTS - first; i++) {
-            qw_vec3 middle = qw_scale(qw_add(point[(i + step) % POINTS], point[(i + POINTS - step) % POINTS]), 0.5f);
-            moved[i] =
-                qw_bvh_nearest(s->tree, qw_lerp(point[i], middle, 0.5f), qw_v3(0, 0, 0), -1, INFINITY, QW_NONE).point;
-        }
-        memcpy(point, moved, sizeof moved);
-    }
 }
 
 /* Of the whole ring. */
@@ -258,128 +343,190 @@ static double length_of(const neck *n)
     return n->is_open ? 2 * sum : sum;
 }
 
-/* q where the level encloses a disc, which a cut may halve; else INFINITY. */
-static double ratio_at(const search *s, const levels *l, int j)
+/* Point i of the whole ring: beyond an end of a half the other half's, so that the curve stands on the cut. */
+static qw_vec3 point_at(const search *s, const neck *n, int i)
 {
-    bool is_disc = l->euler[j] == 1 && l->area[j] > 0 && l->length[j] > 0 && l->ends[j] <= (s->is_half ? 2 : 0);
-    double halves = l->ends[j] > 0 ? 2 : 1;
-    return is_disc ? halves * l->length[j] * l->length[j] / (4 * QW_PI * l->area[j]) : INFINITY;
+    if (!n->is_open) return n->point[(i + POINTS) % POINTS];
+    int k = i < 0 ? -i : i >= POINTS ? 2 * (POINTS - 1) - i : i;
+    if (k == i) return n->point[i];
+    qw_vec3 normal = qw_v3_of_doubles(s->cut), p = n->point[k];
+    return qw_madd(p, 2 * qw_dot(qw_sub(n->point[0], p), normal), normal);
 }
 
-/* Whether six edges fit around; of a pocket half as long ones, as it has shorter ones than are wanted without it. */
-static bool fits(double length, double size, bool is_pocket)
+/* Moves each point half way to between those `step` before and after it, on the surface. */
+static void draw_in(const search *s, neck *n, int step)
 {
-    return length >= QW_NECK_EDGES * size / (is_pocket ? 2 : 1);
+    qw_vec3 moved[POINTS];
+    for (int i = 0; i < POINTS; i++) {
+        qw_vec3 middle = qw_scale(qw_add(point_at(s, n, i + step), point_at(s, n, i - step)), 0.5f),
+                to = qw_lerp(n->point[i], middle, 0.5f);
+        qw_hit hit = qw_bvh_nearest(s->tree, to, qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
+        moved[i] = hit.point, n->face[i] = hit.face;
+        if (!n->is_open || (i > 0 && i < POINTS - 1)) continue;
+        qw_vec3 normal = qw_v3_of_doubles(s->cut); /* an end stays in the plane */
+        moved[i] = qw_madd(hit.point, qw_dot(qw_sub(n->point[0], hit.point), normal), normal);
+    }
+    memcpy(n->point, moved, sizeof moved);
 }
 
-static void take_neck(search *s, const levels *l, const float *distance, int j)
+/* Smooth and a little shorter, so that it lies in the neck; it stays on the surface. Around a limb it becomes straight:
+   steps of a quarter of it undo a slant, but they would draw the rim of a pocket in, and more than a few rounds would
+   draw it off the corners of a mouth. */
+static void tighten(const search *s, neck *n)
 {
-    neck n = {.ratio = ratio_at(s, l, j), .size = (float)(l->size[j] / l->length[j]), .is_open = l->ends[j] > 0};
-    double at = l->step * (float)(j + 1), length = l->length[j];
-    if (!fits(length * (1 + n.is_open), (double)n.size, true)) return;
-    if (!trace(s, distance, (float)at, length, &n)) return;
-    n.is_pocket = is_pocket(s, distance, (float)at, &n);
+    for (int i = 0; i < (n->is_pocket ? ROUNDS / 3 : ROUNDS); i++)
+        draw_in(s, n, n->is_pocket || n->is_open ? 1 : POINTS / 4 >> i % 4);
+}
+
+static bool fits(double length, double edge) { return length >= QW_NECK_EDGES * SHORTEST * edge; }
+
+bool qw_fits_on_neck(const qw_vec3 *point, uint32_t count, double edge)
+{
+    double length = 0;
+    for (uint32_t i = 0; i + 1 < count; i++) length += (double)qw_distance(point[i], point[i + 1]);
+    return fits(qw_distance(point[0], point[count - 1]) == 0 ? length : 2 * length, edge);
+}
+
+/* The middle of the levels around one over which the girth stays about the same: rings on both sides of it are as long,
+   and necks of fingers do not meet where these part. */
+static int middle_of_stretch(const search *s, const levels *l, int best)
+{
+    int end[2] = {best, best};
+    double least = l->length[best] / RISE, most = l->length[best] * RISE;
+    for (int k = 0; k < 2; k++)
+        for (int j = best; j >= 0 && j < l->count && ratio_at(s, l, j) < INFINITY; j += k ? 1 : -1) {
+            if (l->length[j] < least || l->length[j] > most) break;
+            end[k] = j;
+        }
+    return (end[0] + end[1]) / 2;
+}
+
+static void take_neck(search *s, levels *l, int j)
+{
+    neck n = {.ratio = ratio_at(s, l, j), .is_open = l->ends[j] > 0};
+    if (s->count == QW_MOST_NECKS || !fits(l->length[j] * (1 + n.is_open), s->edge) ||
+        !trace(s, level_at(l, j), l->length[j], &n))
+        return;
+    n.is_pocket = is_pocket(s, level_at(l, j), &n);
+    if (n.is_pocket != l->pockets) l->others = true;
+    if (n.is_pocket != l->pockets || (!n.is_pocket && n.ratio * (1 + n.is_open) > s->most_ratio)) return;
+    if (!n.is_pocket && !n.is_open) {
+        int middle = middle_of_stretch(s, l, j);
+        if (!trace(s, level_at(l, middle), l->length[middle], &n)) return;
+    }
+    if (!s->tree) s->tree = qw_bvh_build(s->env, s->mesh);
     tighten(s, &n);
-    bool is_wanted = n.is_pocket || n.ratio * (1 + n.is_open) <= s->most_ratio;
-    if (is_wanted && fits(length_of(&n), (double)n.size, n.is_pocket) && s->count < QW_MOST_NECKS)
-        s->found[s->count++] = n;
+    if (fits(length_of(&n), s->edge)) s->found[s->count++] = n;
 }
 
-/* All minima of q along the levels from which it rises on both sides, as far as discs are inside. */
-static void find_minima(search *s, const levels *l, const float *distance)
+/* All minima of q along the levels from which it rises on both sides, or stays low up to where so much is inside. */
+static void find_minima(search *s, levels *l)
 {
     int best = 0;
     double before = INFINITY; /* the most since the last minimum */
-    for (int j = 0; j < LEVELS; j++) {
+    for (int j = 0; j < l->count; j++) {
         double q = ratio_at(s, l, j), least = ratio_at(s, l, best);
         bool goes_on = l->area[j] < MOST_INSIDE * s->area;
         if (q < least && goes_on) best = j;
-        if (goes_on && j + 1 < LEVELS && !(q > RISE * least)) continue;
+        if (goes_on && !(q > RISE * least)) continue;
         bool is_neck = least <= MOST_RATIO && before > RISE * least;
-        if (is_neck) take_neck(s, l, distance, best);
+        if (is_neck) take_neck(s, l, best);
         if (!goes_on) return;
         before = is_neck ? q : fmax(before, q), best = j;
     }
 }
 
-static void look_from(search *s, uint32_t seed)
+/* Necks among the lines up to the distance `last`: pockets, or others. Returns whether there are others than these. */
+static bool look_at_levels(search *s, float last, bool pockets)
 {
-    qw_scope_begin(s->env);
-    uint32_t n = s->mesh->vertex_count;
-    const float *distance = distances_from(s, seed, 1e3f);
-    uint64_t *key = QW_NEW(s->env, uint64_t, n);
-    for (uint32_t v = 0; v < n; v++) key[v] = (uint64_t)(1e6 * (double)distance[v]);
-    qw_sort_u64(key, n);
-    levels l = {.step = (float)((double)key[(size_t)(FARTHEST * n)] / 1e6 / LEVELS)};
-    if (l.step > 0) {
-        measure_levels(s, distance, &l);
-        find_minima(s, &l, distance);
-    }
-    qw_scope_end(s->env);
+    levels l = {.count = (int)fmin(sqrt(s->reached_count), LEVELS), .pockets = pockets};
+    l.step = last / (float)l.count;
+    if (!(l.step > 0)) return false;
+    measure_levels(s, &l);
+    find_minima(s, &l);
+    return l.others;
+}
+
+static void look_from(search *s, const seed *from)
+{
+    if (look_at_levels(s, walk_from(s, from->vertex, from->area), false)) (void)look_at_levels(s, turn_around(s), true);
+    forget(s);
 }
 
 /* ---- which of them */
 
-static bool are_near(const neck *a, const neck *b)
+/* What was taken, and floods around points of a curve, in the fields of the search. */
+static bool is_beside(search *s, const neck *n, int point, float near, const uint8_t *is_taken)
 {
-    float near = fmaxf(QW_NECKS_APART * fmaxf(a->size, b->size),
-                       QW_NECKS_APART_SHARE * (float)(fmin(length_of(a), length_of(b)) / (2 * QW_PI)));
-    for (int i = 0; i < POINTS; i++)
-        for (int k = 0; k < POINTS; k++)
-            if (qw_distance(a->point[i], b->point[k]) < near) return true;
+    const qw_trimesh *m = s->mesh;
+    uint32_t deep = 0;
+    s->walk++;
+    s->face[deep++] = n->face[point], s->stamp[n->face[point]] = s->walk;
+    while (deep > 0) {
+        uint32_t f = s->face[--deep];
+        if (is_taken[f]) return true;
+        for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
+            uint32_t t = m->twin[h];
+            if (t == QW_NONE || s->stamp[t / 3] == s->walk) continue;
+            qw_vec3 a = m->position[m->corner[h]], b = m->position[m->corner[qw_next(h)]];
+            if (fminf(qw_distance(a, n->point[point]), qw_distance(b, n->point[point])) > near) continue;
+            s->stamp[t / 3] = s->walk, s->face[deep++] = t / 3;
+        }
+    }
     return false;
 }
 
-/* The clearest first, without those that lie beside one that was taken. */
+/* The clearest first, without those that lie beside one that was taken: nearer along the surface than an edge of
+   theirs, or than so much of their radius. */
 static qw_necks choose(search *s)
 {
     qw_env *env = s->env;
     uint64_t *order = QW_NEW(env, uint64_t, s->count);
+    uint8_t *is_taken = QW_NEW_ZERO(env, uint8_t, s->mesh->face_count);
     for (size_t i = 0; i < s->count; i++) order[i] = (uint64_t)(1e9 * s->found[i].ratio) << 32 | i;
     qw_sort_u64(order, s->count);
-    qw_necks necks = {0, QW_NEW(env, uint32_t, s->count + 1), QW_NEW(env, qw_vec3, s->count * (POINTS + 1)),
-                      QW_NEW(env, float, s->count), QW_NEW(env, uint8_t, s->count)};
-    uint32_t *taken = QW_NEW(env, uint32_t, s->count);
-    necks.begin[0] = 0;
+    qw_necks necks = {0, QW_NEW_ZERO(env, uint32_t, s->count + 1), QW_NEW(env, qw_vec3, s->count * (POINTS + 1)),
+                      QW_NEW(env, uint8_t, s->count)};
     for (size_t i = 0; i < s->count; i++) {
         const neck *n = &s->found[(uint32_t)order[i]];
+        double length = length_of(n);
+        float near = fmaxf((float)fmin(s->edge, length / QW_NECK_EDGES),
+                           QW_NECKS_APART_SHARE * (float)(length / (2 * QW_PI)));
         bool is_new = true;
-        for (uint32_t k = 0; k < necks.count && is_new; k++) is_new = !are_near(n, &s->found[taken[k]]);
+        for (int k = 0; k < POINTS && is_new; k++) is_new = !is_beside(s, n, k, near, is_taken);
         if (!is_new) continue;
-        qw_vec3 *to = necks.point + necks.begin[necks.count];
-        memcpy(to, n->point, sizeof n->point);
-        if (!n->is_open) to[POINTS] = n->point[0];
-        taken[necks.count] = (uint32_t)order[i], necks.ratio[necks.count] = (float)n->ratio;
-        necks.is_pocket[necks.count] = n->is_pocket;
-        necks.count++, necks.begin[necks.count] = necks.begin[necks.count - 1] + POINTS + !n->is_open;
+        for (int k = 0; k < POINTS; k++) is_taken[n->face[k]] = 1;
+        uint32_t to = necks.begin[necks.count];
+        memcpy(necks.point + to, n->point, sizeof n->point);
+        if (!n->is_open) necks.point[to + POINTS] = n->point[0];
+        necks.is_pocket[necks.count++] = n->is_pocket, necks.begin[necks.count] = to + POINTS + !n->is_open;
     }
-    qw_free(env, taken), qw_free(env, order);
+    qw_free(env, order), qw_free(env, is_taken);
+    if (necks.count * QUADS_OF_NECK * s->edge * s->edge > s->area) necks.count = 0;
     return necks;
 }
 
-qw_necks qw_find_necks(qw_env *env, const qw_trimesh *surface, const qw_bvh *tree, const float *size, bool is_half,
-                       double strength)
+qw_necks qw_find_necks(qw_env *env, const qw_trimesh *m, double edge, const double *cut, double strength)
 {
-    assert(surface->twin && tree && size && strength > 0 && strength <= 1);
-    search s = {.env = env,
-                .mesh = surface,
-                .tree = tree,
-                .size = size,
-                .is_half = is_half,
-                .most_ratio = MOST_RATIO * strength,
-                .area = qw_trimesh_area(surface)};
+    assert(m->twin && edge > 0 && strength > 0 && strength <= 1);
+    uint32_t n = m->vertex_count;
     qw_necks necks = {0};
     qw_scope_begin(env);
-    s.found = QW_NEW(env, neck, QW_MOST_NECKS);
-    qw_census census = qw_trimesh_census(env, surface);
-    uint32_t seeds = 0, *seed = census.components <= MOST_COMPONENTS ? find_seeds(&s, &seeds) : NULL;
-    for (uint32_t i = 0; i < seeds; i++) look_from(&s, seed[i]);
+    search s = {.env = env, .mesh = m, .edge = edge, .cut = cut, .most_ratio = MOST_RATIO * strength};
+    s.area = qw_trimesh_area(m), s.found = QW_NEW(env, neck, QW_MOST_NECKS);
+    qw_cells cells = find_cells(&s);
+    seed *seeds = QW_NEW(env, seed, 2 * (size_t)cells.count);
+    uint32_t count = find_seeds(&s, &cells, seeds);
+    s.outgoing = qw_trimesh_outgoing(env, m), s.queue = qw_queue_create(env, n);
+    s.distance = QW_NEW(env, float, n), s.reached = QW_NEW(env, uint32_t, n);
+    s.face = QW_NEW(env, uint32_t, m->face_count), s.stamp = QW_NEW_ZERO(env, uint32_t, m->face_count);
+    for (uint32_t v = 0; v < n; v++) s.distance[v] = INFINITY;
+    for (uint32_t i = 0; i < count; i++) look_from(&s, &seeds[i]);
     if (s.count > 0) {
         necks = choose(&s);
-        qw_keep(env, necks.begin), qw_keep(env, necks.point), qw_keep(env, necks.ratio);
-        qw_keep(env, necks.is_pocket);
+        qw_keep(env, necks.begin), qw_keep(env, necks.point), qw_keep(env, necks.is_pocket);
     }
-    qw_log(env, QW_LOG_DEBUG, "necks: %u seeds, %u curves, %u taken", seeds, (unsigned)s.count, necks.count);
+    qw_log(env, QW_LOG_DEBUG, "necks: %u seeds, %u curves, %u taken", count, (unsigned)s.count, necks.count);
     qw_scope_end(env);
     return necks;
 }

@@ -1,8 +1,7 @@
 /* What the components of a surface need before anything is wanted: quads that keep their topology, lengths that they
  * cover.
  */
-#ifndef QW_REMESH_SIZES_NEEDS_H
-#define QW_REMESH_SIZES_NEEDS_H
+#pragma once
 
 #include "remesh/sizes/shares.h"
 
@@ -27,5 +26,3 @@ qw_part *qw_list_parts(qw_env *env, const qw_trimesh *surface, const qw_census *
    need, qw_part[census->components]. Both in the current scope. */
 double *qw_component_shares(qw_env *env, const qw_trimesh *surface, const qw_census *census, double quads,
                             qw_part **part);
-
-#endif

@@ -9,9 +9,9 @@
 #include <math.h>
 #include <string.h>
 
-/* A band is as wide as the circle of its curve's length has radius: rings around it are twice as long at most in a
-   plane. */
-static const double WIDEST = 1 / (2 * QW_PI);
+/* A band is as wide as so many radii of the circle of its curve's length: beside what a person drew one, so that the
+   rings asked for are near, beside what was found more, as a limb goes on. */
+static const double WIDEST_DRAWN = 1 / (2 * QW_PI), WIDEST_FOUND = 3 / (2 * QW_PI);
 /* Where a band of the wanted width is no annulus, narrower ones are tried, each by this share. */
 enum { TRIES = 10 };
 /* Near the far rim of a band, above this value, the harmonic function follows its jags. The band is found wider than
@@ -288,10 +288,11 @@ static void fit_nest(nesting *g, uint32_t nest, float *size)
 {
     qw_nest *n = &g->nests->nest[nest];
     side_fit fit[QW_SIDES];
-    double edge = mean_on_curve(g, nest, size);
+    double radius = ring_length(n) / (2 * QW_PI);
+    double edge = fmin(mean_on_curve(g, nest, size), ring_length(n) / QW_LEAST_AROUND);
     for (int side = 0; side < QW_SIDES; side++) fit[side] = measure(g, nest, side);
     for (int side = 0; side < QW_SIDES; side++) /* a side with half the room that the inside of a circle has counts */
-        if (fit[side].width > 0.5 * (1 - LEAST_RATIO) * fit[!side].width)
+        if ((double)fit[side].width > 0.5 * (1 - LEAST_RATIO) * radius)
             edge = fmin(edge, (double)fit[side].width / (n->rings * mean_row(fit[side].ratio)));
     n->edge = (float)edge;
     for (int side = 0; side < QW_SIDES; side++) {
@@ -309,10 +310,27 @@ void qw_fit_nests(qw_env *env, const qw_trimesh *surface, const qw_nests *nests,
     assert(surface->twin && size);
     if (nests->count == 0) return;
     qw_scope_begin(env);
-    for (uint32_t i = 0; i < nests->count; i++)
-        nests->nest[i].reach[QW_LEFT] = nests->nest[i].reach[QW_RIGHT] = (float)(WIDEST * ring_length(&nests->nest[i]));
+    for (uint32_t i = 0; i < nests->count; i++) {
+        qw_nest *n = &nests->nest[i];
+        double widest = n->most_rings > 0 ? n->is_drawn ? WIDEST_DRAWN : WIDEST_FOUND : 0;
+        n->reach[QW_LEFT] = n->reach[QW_RIGHT] = (float)(widest * ring_length(n));
+    }
     nesting g = begin(env, surface, nests);
-    for (uint32_t i = 0; i < nests->count; i++) fit_nest(&g, i, size);
+    for (uint32_t i = 0; i < nests->count; i++)
+        if (nests->nest[i].most_rings > 0) fit_nest(&g, i, size);
+    qw_scope_end(env);
+}
+
+void qw_unmark_nests(qw_env *env, qw_trimesh *m, const qw_nests *nests)
+{
+    bool all = true;
+    for (uint32_t i = 0; i < nests->count; i++) all &= nests->nest[i].most_rings > 0;
+    if (all) return;
+    qw_scope_begin(env);
+    nesting g = {.env = env, .mesh = m, .nests = nests, .beside = QW_NEW_ZERO(env, uint8_t, m->face_count)};
+    find_curves(&g);
+    for (uint32_t k = 0; k < g.count; k++)
+        if (nests->nest[g.number[k]].most_rings == 0) m->mark[g.half[k]] = m->mark[m->twin[g.half[k]]] = 0;
     qw_scope_end(env);
 }
 
@@ -452,7 +470,7 @@ static qw_vec3 axis_of(const qw_nest *n)
 
 /* In the middle of what a curve encloses the field runs one way, along the curve's longer axis: so the four cones of a
    long oval come to lie beside one another at its ends, not one behind the other, where the first would be near the
-   curve. The whole of the inside was grown last. */
+   curve. Not in what was found: limbs end in other ways. The whole of the inside was grown last. */
 static void direct_middle(const nesting *g, const qw_nest *n, float reach, const uint8_t *constraint,
                           qw_vec3 *direction)
 {
@@ -489,6 +507,7 @@ int64_t qw_direct_nests(qw_env *env, const qw_trimesh *mesh, const qw_nests *nes
     qw_scope_begin(env);
     nesting g = begin(env, mesh, nests);
     for (uint32_t i = 0; i < nests->count; i++) {
+        if (nests->nest[i].most_rings == 0) continue;
         direct_curve(&g, i, direction);
         for (int side = 0; side < QW_SIDES; side++) {
             const qw_nest *n = &nests->nest[i];
@@ -498,7 +517,7 @@ int64_t qw_direct_nests(qw_env *env, const qw_trimesh *mesh, const qw_nests *nes
             count += write_directions(&p, side == QW_LEFT ? 1 : -1, n->reach[side] + BEYOND * n->edge, constraint,
                                       direction);
             qw_scope_end(env);
-            if (grow_inside(&g, i, side)) direct_middle(&g, n, n->reach[side], constraint, direction);
+            if (n->is_drawn && grow_inside(&g, i, side)) direct_middle(&g, n, n->reach[side], constraint, direction);
         }
     }
     qw_scope_end(env);

@@ -12,10 +12,12 @@
  *      ' - - - - - - '
  *      cones of the outside       Sizes are one length on the curve and grow as the lines around do.
  */
-#ifndef QW_REMESH_SIZES_NESTS_H
-#define QW_REMESH_SIZES_NESTS_H
+#pragma once
 
 #include "geometry/trimesh.h"
+
+/* So many edges lie around a nest at least. */
+enum { QW_LEAST_AROUND = 6 };
 
 enum { QW_LEFT, QW_RIGHT, QW_SIDES }; /* of a curve, seen from outside the surface, walking along it */
 
@@ -23,8 +25,9 @@ typedef struct qw_nest {
     const qw_vec3
         *point; /* qw_vec3[point_count]: a polyline on the surface; the last is the first where it is closed */
     uint32_t point_count;
+    bool is_drawn;         /* by a person */
     double rings;          /* on each side, for which edges are short enough */
-    double most_rings;     /* on each side, as far as there is room */
+    double most_rings;     /* on each side, as far as there is room; 0: the curve is no nest after all */
     float edge;            /* wanted edge length on the curve; set by qw_fit_nests, as the next */
     float reach[QW_SIDES]; /* width of the band on each side */
 } qw_nest;
@@ -39,10 +42,11 @@ typedef struct qw_nests {
    sizes in it. The curves are engraved in the surface. size: float[surface->vertex_count]. */
 void qw_fit_nests(qw_env *env, const qw_trimesh *surface, const qw_nests *nests, float *size);
 
+/* Takes the marks off the curves that are no nests after all. */
+void qw_unmark_nests(qw_env *env, qw_trimesh *mesh, const qw_nests *nests);
+
 /* Sets the directions along the rings, all the same way around, of free vertices in nests that were fitted, on a mesh
    in which their curves are chains of edges, and of the curves' own; returns of how many free ones. constraint:
    uint8_t[mesh->vertex_count]; direction: qw_vec3[mesh->vertex_count], 0 where nothing is said. */
 int64_t qw_direct_nests(qw_env *env, const qw_trimesh *mesh, const qw_nests *nests, const uint8_t *constraint,
                         qw_vec3 *direction);
-
-#endif

@@ -1,6 +1,5 @@
 /* The density that a host has painted on the input, on the surface that is remeshed. */
-#ifndef QW_REMESH_SIZES_PAINTED_H
-#define QW_REMESH_SIZES_PAINTED_H
+#pragma once
 
 #include "remesh/clean/clean.h"
 
@@ -11,5 +10,3 @@ qw_density *qw_painted_density(qw_env *env, const qw_clean_input *input, const q
 
 /* The same at the vertices of the clean surface. Where one was painted. */
 qw_density *qw_painted_at_clean(qw_env *env, const qw_clean_input *input, const qw_clean *clean);
-
-#endif

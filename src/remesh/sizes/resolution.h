@@ -1,6 +1,5 @@
 /* How fine the working mesh is beside the quads, and how smooth its normals: docs/dev/decisions/working-mesh.md. */
-#ifndef QW_REMESH_SIZES_RESOLUTION_H
-#define QW_REMESH_SIZES_RESOLUTION_H
+#pragma once
 
 #include "geometry/trimesh.h"
 #include "remesh/sizes/fast.h"
@@ -21,5 +20,3 @@ double qw_smoothness(const qw_resolution_request *request);
    the surface whose edges are marked; mesh, census, area: what is remeshed. */
 double qw_find_feature_density(qw_env *env, const qw_trimesh *marked, const qw_trimesh *mesh, const qw_census *census,
                                double rho, double area);
-
-#endif

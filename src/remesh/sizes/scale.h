@@ -1,6 +1,5 @@
 /* Bounded gradation: how fast sizes may grow along a surface. */
-#ifndef QW_REMESH_SIZES_SCALE_H
-#define QW_REMESH_SIZES_SCALE_H
+#pragma once
 
 #include "geometry/trimesh.h"
 
@@ -11,5 +10,3 @@ void qw_limit_gradation(qw_env *env, const qw_trimesh *mesh, float *size, float 
 /* The length of the shortest way along edges to a vertex that is_from, `farthest` where it is longer:
    float[vertex_count]. */
 float *qw_distances(qw_env *env, const qw_trimesh *mesh, const uint8_t *is_from, float farthest);
-
-#endif

@@ -1,8 +1,7 @@
 /* How many quads each component of a surface gets: what it needs, not its area alone. Half of them are shared by area,
  * half so that the quads of all components bow alike, and none gets fewer than it takes to exist:
  * docs/dev/decisions/parts.md. */
-#ifndef QW_REMESH_SIZES_SHARES_H
-#define QW_REMESH_SIZES_SHARES_H
+#pragma once
 
 #include "geometry/trimesh.h"
 
@@ -21,5 +20,3 @@ void qw_share_quads(const qw_part *part, uint32_t count, double quads, double *s
    the root of the sum of both squared principal ones; what turns one way and back again within some triangles, as noise
    does, counts for little, and sharp edges not at all. */
 double *qw_component_bends(qw_env *env, const qw_trimesh *mesh, const qw_census *census);
-
-#endif

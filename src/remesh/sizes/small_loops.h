@@ -1,6 +1,5 @@
 /* Room around small loops. */
-#ifndef QW_REMESH_SIZES_SMALL_LOOPS_H
-#define QW_REMESH_SIZES_SMALL_LOOPS_H
+#pragma once
 
 #include "geometry/trimesh.h"
 
@@ -8,5 +7,3 @@
    smaller along loops that have no room for them, and around, where they grow with the distance as the circles about a
    small one do. size: float[vertex_count]. Returns the number of such loops. */
 int64_t qw_fit_loops(qw_env *env, const qw_trimesh *mesh, bool with_boundary, float *size);
-
-#endif

@@ -5,8 +5,7 @@
  * fewer, until r reaches the neck and they grow fast. So tips are where the surface lies most to one side, and each is
  * followed to where its girth, over that of a plane, is least.
  */
-#ifndef QW_REMESH_SIZES_TIPS_H
-#define QW_REMESH_SIZES_TIPS_H
+#pragma once
 
 #include "remesh/sizes/cells.h"
 
@@ -28,5 +27,3 @@ qw_tip_list qw_find_tips(qw_env *env, const qw_surface_cells *surface, float edg
 /* The tip that each vertex of any mesh of the surface belongs to, or QW_NONE: uint32_t[mesh->vertex_count], in the
    current scope. */
 uint32_t *qw_tips_of_vertices(qw_env *env, const qw_trimesh *mesh, const qw_tip_list *tips);
-
-#endif

@@ -1,7 +1,6 @@
 /* How large the quads are wanted at each vertex of a surface: by its shape and what is painted on it, by what its
  * components need, around small loops and where an earlier attempt was too coarse. Lengths are in the centred frame. */
-#ifndef QW_REMESH_SIZES_WANTED_SIZES_H
-#define QW_REMESH_SIZES_WANTED_SIZES_H
+#pragma once
 
 #include "geometry/bvh.h"
 #include "remesh/sizes/around.h"
@@ -38,5 +37,3 @@ float *qw_shared_sizes(qw_env *env, const qw_size_request *request, qw_tip_list 
 
 /* Lowers them along small loops and in refinements, and then so that they grow no faster than they may. */
 void qw_refine_sizes(qw_env *env, const qw_size_request *request, float *size);
-
-#endif

@@ -8,8 +8,7 @@
  * cells half as large, and in the end left alone. Vertices on boundaries and sharp edges, and points, are left alone
  * from the start.
  */
-#ifndef QW_REMESH_WORKING_CLUSTER_H
-#define QW_REMESH_WORKING_CLUSTER_H
+#pragma once
 
 #include "geometry/trimesh.h"
 
@@ -24,5 +23,3 @@ typedef struct qw_clustered {
  */
 bool qw_cluster(qw_env *env, const qw_trimesh *input, const uint32_t *component, uint32_t components, const float *cell,
                 qw_clustered *result);
-
-#endif

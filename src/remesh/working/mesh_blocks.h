@@ -6,8 +6,7 @@
  * one thread afterwards. Blocks come of qw_edit_pack, which makes them of neighbours along a space-filling curve,
  * whatever the number of threads.
  */
-#ifndef QW_REMESH_WORKING_MESH_BLOCKS_H
-#define QW_REMESH_WORKING_MESH_BLOCKS_H
+#pragma once
 
 #include "remesh/working/reshape.h"
 
@@ -41,5 +40,3 @@ static inline bool qw_blocks_can_flip(const qw_edit *e, uint32_t h)
  * what the tasks return. */
 typedef uint32_t (*qw_block_task)(void *user, qw_reshape *r, const qw_blocks *blocks, uint32_t block);
 uint32_t qw_blocks_run(qw_reshape *r, const qw_blocks *blocks, qw_block_task task, void *user);
-
-#endif

@@ -1,8 +1,7 @@
 /* Passes over a surface that is reshaped to target lengths: in each every face or vertex is looked at once. The blocks
  * of remesh/working/mesh_blocks.h do theirs on threads, what lies between blocks is done on one, in the same order at
  * any thread count. */
-#ifndef QW_REMESH_WORKING_PASSES_H
-#define QW_REMESH_WORKING_PASSES_H
+#pragma once
 
 #include "remesh/working/reshape.h"
 
@@ -52,5 +51,3 @@ void qw_free_faces(qw_reshape *r, qw_pass p);
 void qw_split_short_curves(qw_reshape *r, qw_pass p);
 /* Splits edges between two curves that are longer than half a target. */
 void qw_split_between_curves(qw_reshape *r, qw_pass p);
-
-#endif

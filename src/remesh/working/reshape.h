@@ -8,8 +8,7 @@
  * - position: vertices are vertices of the input, or lie where a walk on the input surface or curve ends
  * (geometry/slide.h).
  */
-#ifndef QW_REMESH_WORKING_RESHAPE_H
-#define QW_REMESH_WORKING_RESHAPE_H
+#pragma once
 
 #include "geometry/tri_edit.h"
 
@@ -45,5 +44,3 @@ bool qw_reshape_smooth(qw_reshape *r, uint32_t v);
 /* Removes a face that is nearly a segment, by a collapse of its short edge or by turning or splitting its long one. */
 bool qw_reshape_sliver(qw_reshape *r, uint32_t f);
 bool qw_reshape_is_sliver(const qw_edit *e, uint32_t f);
-
-#endif

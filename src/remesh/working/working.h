@@ -14,8 +14,7 @@
  * handles and protrusions so thin that their edges cannot grow. Two curves closer than the target keep short edges
  * and slender faces between them.
  */
-#ifndef QW_REMESH_WORKING_WORKING_H
-#define QW_REMESH_WORKING_WORKING_H
+#pragma once
 
 #include "geometry/trimesh.h"
 
@@ -38,5 +37,3 @@ qw_trimesh qw_condensed_mesh(qw_env *env, const qw_trimesh *input, const qw_cens
 
 /* The same with hardly a bound of how few triangles a component may have. */
 qw_working qw_coarsest_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, const float *target);
-
-#endif

@@ -1,6 +1,5 @@
 /* Shared by the stages RELAX and FINISH: relaxation, the count, uncovered area, growth of protrusions. */
-#ifndef QW_RUN_STAGES_COVERAGE_H
-#define QW_RUN_STAGES_COVERAGE_H
+#pragma once
 
 #include "remesh/quads/topology.h"
 #include "whole/state.h"
@@ -29,5 +28,3 @@ uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **fl
 
 /* Where fewer grew than quads were kept for in the plan: others take their places. */
 void qw_use_up_reserve(qw_run_state *run, qw_quadmesh *quads, uint8_t **flipped);
-
-#endif

@@ -1,6 +1,5 @@
 /* The quads of a designed part on its planes, cylinders and their like (products/exact/exact.h). */
-#ifndef QW_RUN_STAGES_DESIGNED_H
-#define QW_RUN_STAGES_DESIGNED_H
+#pragma once
 
 #include "products/exact/primitive.h"
 #include "whole/state.h"
@@ -12,5 +11,3 @@ void qw_make_exact(qw_run_state *run, bool is_cage, bool evens);
 /* The planes, cylinders and cones of the surface, as the output has its coordinates; of: uint32_t[count], the one next
    to each point of the output, or QW_NONE. In the current scope. */
 const qw_primitive *qw_find_designed(qw_run_state *run, double (*point)[3], uint32_t count, uint32_t *of);
-
-#endif

@@ -1,10 +1,7 @@
 /* How many edges the result has around the circles of the surface. */
-#ifndef QW_RUN_STAGES_EDGES_AROUND_H
-#define QW_RUN_STAGES_EDGES_AROUND_H
+#pragma once
 
 #include "whole/state.h"
 
 /* Warns where closed curves without corners have fewer edges around than the option `around` asks for. */
 void qw_report_edges_around(qw_run_state *run, const qw_quadmesh *quads);
-
-#endif

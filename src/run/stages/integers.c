@@ -17,7 +17,6 @@
 #include "remesh/quantise/quantise.h"
 #include "remesh/quantise/regular.h"
 #include "remesh/offsets/subdivide.h"
-#include "remesh/offsets/turning_numbers.h"
 #include "remesh/offsets/inversions.h"
 #include "whole/sizes.h"
 #include "whole/directions.h"
@@ -34,8 +33,6 @@ static const double MUCH_SQUEEZED = 0.25;
 /* Offsets of a larger mean length, in lattice steps, have run away: working edges are 1.25 times as long as those of
    the quads at most, and half as long in the mean. */
 static const double MEAN_OFFSET = 2;
-/* Within so many rings of triangles that stay inverted, feature curves no longer constrain the offsets. */
-enum { RELEASE_RINGS = 5 };
 
 /* Rows are let end where the logarithms of their widths differ by this, as a root of a mean square, and where that
    makes it less than this share; on surfaces of so many cones at most. */
@@ -180,7 +177,7 @@ void qw_stage_OFFSETS(qw_run_state *run)
                           run->direction,
                           run->nested,
                           run->options.align_boundary != 0,
-                          qw_is_closed_flow(&run->options) && run->plan.cones == QW_CONES_AT_CORNERS};
+                          qw_is_closed_flow(&run->options)};
     run->offsets = qw_integer_offsets(run->env, &in);
     qw_offset_counts c = qw_offset_count(&run->offsets);
     run->report->orientation_singularities = c.singular_vertices;
@@ -222,11 +219,9 @@ void qw_stage_REGULAR(qw_run_state *run)
         /* where rho was raised, as the component is long and thin, fewer quads fit; repairs make up for the others */
         double fit = qw_in_quads(run, run->core.area),
                wanted = fit < FITS * run->faces_wanted ? fmax(fit, 1) : run->faces_wanted;
-        /* lines that are straightened past cones beside a corner squeeze the quads there */
-        bool beside = run->plan.cones == QW_CONES_BESIDE_CORNERS;
         qw_quantise_request request = {.quads = wanted / (run->plan.size_factor * run->plan.size_factor),
                                        .times = qw_times_used(run),
-                                       .loops = beside ? 0 : run->options.loops,
+                                       .loops = run->options.loops,
                                        .follow = run->options.follow,
                                        .stiff = run->plan.strategy == QW_STRATEGY_STIFF,
                                        .verdict = run->curve_outcome};
@@ -256,7 +251,7 @@ void qw_stage_REGULAR(qw_run_state *run)
 }
 
 /* Small neighbourhoods where the plan allows a stiff attempt next, unless that is known to be useless, and where
-   repairs decide; full ones before curves are let go. */
+   repairs decide. */
 static qw_sat_effort sat_effort(const qw_run_state *run)
 {
     if (run->lacks_room > 1) return QW_SAT_NEAR;
@@ -265,8 +260,7 @@ static qw_sat_effort sat_effort(const qw_run_state *run)
                : QW_SAT_FAR;
 }
 
-/* Splits long edges and removes inverted triangles, by single moves first, then by SAT, then with curves released.
- * */
+/* Splits long edges and removes inverted triangles, by single moves first, then by SAT. */
 void qw_stage_INVERSIONS(qw_run_state *run)
 {
     run->inversion_free = qw_offset_copy(run->env, &run->regular);
@@ -283,30 +277,7 @@ void qw_stage_INVERSIONS(qw_run_state *run)
     r->subdivided_edges = qw_subdivide_long_edges(run->env, &run->inversion_free);
     qw_inversion_counts c = {0};
     qw_remove_inversions_greedy(run->env, &run->inversion_free, &c);
-    qw_sat_effort effort = sat_effort(run);
-    if (run->options.sat) qw_remove_inversions_sat(run->env, &run->inversion_free, effort, &c);
-    if (run->options.sat && effort == QW_SAT_NEAR && c.inverted_after > 0 &&
-        qw_is_little_inverted(run->faces_wanted, (double)c.inverted_after) && qw_uses(run->env, QW_MECH_FAR_SAT)) {
-        qw_acted(run->env, QW_MECH_FAR_SAT, 1);
-        qw_remove_inversions_sat(run->env, &run->inversion_free, QW_SAT_FAR, &c); /* there is no stiff attempt */
-        qw_kept(run->env, QW_MECH_FAR_SAT, c.inverted_after == 0);
-    }
-    if (run->options.sat && c.inverted_after > 0 && qw_uses(run->env, QW_MECH_CURVES_RELEASED) &&
-        qw_release_curves(run->env, &run->inversion_free, RELEASE_RINGS) > 0) {
-        qw_inversion_counts again = {
-            .sat_calls = c.sat_calls, .sat_solved = c.sat_solved, .sat_conflicts = c.sat_conflicts};
-        qw_acted(run->env, QW_MECH_CURVES_RELEASED, 1);
-        qw_remove_inversions_greedy(run->env, &run->inversion_free, &again);
-        qw_remove_inversions_sat(run->env, &run->inversion_free, sat_effort(run), &again);
-        qw_kept(run->env, QW_MECH_CURVES_RELEASED, again.inverted_after < c.inverted_after);
-        c.inverted_after = again.inverted_after, c.sat_calls = again.sat_calls, c.sat_conflicts = again.sat_conflicts;
-    }
-    if (run->options.sat && qw_uses(run->env, QW_MECH_TURNING_NUMBERS)) {
-        int64_t solved = c.sat_solved, calls = c.sat_calls;
-        qw_repair_turning_numbers(run->env, &run->inversion_free, &c);
-        qw_acted(run->env, QW_MECH_TURNING_NUMBERS, c.sat_calls - calls);
-        qw_kept(run->env, QW_MECH_TURNING_NUMBERS, c.sat_solved - solved);
-    }
+    if (run->options.sat) qw_remove_inversions_sat(run->env, &run->inversion_free, sat_effort(run), &c);
     r->inverted_before = c.inverted_before, r->inverted_after_greedy = c.inverted_after_greedy,
     r->inverted_after_sat = run->inverted = c.inverted_after;
     r->sat_calls = c.sat_calls, r->sat_conflicts = c.sat_conflicts;

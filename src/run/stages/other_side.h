@@ -1,6 +1,5 @@
 /* Where the two sides of a plane of symmetry are nearly alike: the quads of the other side on its own surface. */
-#ifndef QW_RUN_STAGES_OTHER_SIDE_H
-#define QW_RUN_STAGES_OTHER_SIDE_H
+#pragma once
 
 #include "whole/state.h"
 
@@ -9,5 +8,3 @@
    uint8_t[4 quads->face_count], 1: half-edges that lie in the plane, whose vertices both sides share. *suits: false
    where the quads are not as near to the other side as to the core's. In the current scope. */
 double *qw_place_other_side(const qw_run_state *run, const qw_quadmesh *quads, const uint8_t *sewn, bool *suits);
-
-#endif

@@ -94,7 +94,7 @@ void qw_stage_SIMPLIFY(qw_run_state *run)
 void qw_stage_RELAX(qw_run_state *run)
 {
     qw_report *r = run->report;
-    r->count_chords_removed = r->count_quads_removed = r->count_added = r->count_rounds = 0;
+    r->count_chords_removed = r->count_quads_removed = r->count_added = 0;
     qw_quadmesh quads = run->options.repair ? qw_fit_count(run, &run->simplified) : run->simplified;
     run->grown = 0, run->lacking = 0, run->relaxed_covers = 0, run->working_tree = NULL;
     if (run->options.relax) {

@@ -1,7 +1,6 @@
 /* The quads of the result as a surface to be subdivided: fitted so that its limit lies on the input (fit_to), and split
  * into finer quads that are put on the input (subdivide). */
-#ifndef QW_RUN_STAGES_SPLIT_LEVELS_H
-#define QW_RUN_STAGES_SPLIT_LEVELS_H
+#pragma once
 
 #include "whole/state.h"
 
@@ -12,5 +11,3 @@ void qw_make_levels(qw_run_state *run);
 bool qw_fits_limit(const qw_run_state *run);
 /* Before there are quads: fails with QW_OPTION as above, and with QW_TOO_LARGE where splitting so many is refused. */
 void qw_require_levels(const qw_run_state *run);
-
-#endif

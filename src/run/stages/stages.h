@@ -1,8 +1,7 @@
 /* The stages, in order; what each takes from the run, calls and leaves in it is in surface.c, integers.c, quads.c and
  * finish.c.
  */
-#ifndef QW_RUN_STAGES_STAGES_H
-#define QW_RUN_STAGES_STAGES_H
+#pragma once
 
 #include "remesh/quantise/regular.h"
 #include "whole/state.h"
@@ -23,5 +22,3 @@ qw_hierarchy *qw_build_hierarchy(const qw_run_state *run);
 
 /* In WORKING: sets run->constraint and run->direction, the feature constraints of the working mesh. */
 void qw_set_holds(qw_run_state *run);
-
-#endif

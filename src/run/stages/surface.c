@@ -122,8 +122,8 @@ double qw_surface_faces(const qw_run_state *run, const qw_options *options)
 {
     double times = qw_times_used(run); /* a half is as fine as the whole would be */
     bool has_joints = run->whole.steering->joint_count > 0 && options->follow_motion > 0;
-    /* the count decides which parts are thin, and around which necks and joints there are rings */
-    if (qw_may_be_thin(run) || options->rings > 0 || has_joints) return qw_faces_wanted(run, options) / times;
+    /* the count decides which parts are thin, and around which joints there are rings */
+    if (qw_may_be_thin(run) || has_joints) return qw_faces_wanted(run, options) / times;
     double least = qw_faces_wanted(run, options) * (1 - 1e-9), faces = 1;
     while (faces < least) faces *= SURFACE_STEP;
     return faces / times;
@@ -359,6 +359,9 @@ void qw_stage_WORKING(qw_run_state *run)
     run->working = qw_working_mesh(env, &run->surface, &run->surface_census, size, has_spots ? base_target : NULL);
     qw_free(env, size), qw_free(env, base_target);
     const qw_trimesh *mesh = &run->working.mesh;
+    qw_unmark_nests(env, &run->working.mesh, &nests);
+    run->report->nests = 0;
+    for (uint32_t i = 0; i < nests.count; i++) run->report->nests += nests.nest[i].most_rings > 0;
     float *reach = half_sizes(run, share);
     run->curve_verdict = qw_decide_curves(env, mesh, reach);
     qw_unmark_curves(&run->working.mesh, run->curve_verdict);
