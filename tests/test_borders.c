@@ -32,7 +32,7 @@ typedef struct fault {
 
 static void clean_twin(qw_run_state *r) { r->whole.clean.mesh.twin[5] = r->whole.clean.mesh.twin[4]; }
 static void clean_area(qw_run_state *r) { r->whole.area = NAN; }
-static void core_times(qw_run_state *r) { r->mirror.times = 3; }
+static void core_times(qw_run_state *r) { r->mirror.times = 9; }
 static void surface_twin(qw_run_state *r) { r->surface.twin[5] = r->surface.twin[4]; }
 static void surface_position(qw_run_state *r) { r->surface.position[2].x = NAN; }
 static void working_size(qw_run_state *r) { r->rho = NAN; }

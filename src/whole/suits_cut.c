@@ -113,7 +113,7 @@ bool qw_suits_cut(const qw_run_state *run, const qw_mirror_plane *plane)
     bool is_sharp = has_sharp(run, &surface);
     double quad = sqrt(run->whole.area / qw_faces_wanted(run, &run->options));
     bool is_easy = length_of_narrow(run, &surface, quad, plane) < MUCH_NARROW;
-    if (is_sharp) is_easy = is_easy && !is_plain(run, &surface, edge, plane);
+    if (is_sharp && is_easy) is_easy = run->whole.clean.wrapped == 0 && !is_plain(run, &surface, edge, plane);
     if (is_easy && run->options.sharp_angle < 0) {
         qw_find_points(env, &surface, edge);
         if (is_sharp) surface.mark = NULL; /* where sharp edges meet on the plane nothing is lost */

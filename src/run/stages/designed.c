@@ -85,6 +85,13 @@ static void reflect(qw_run_state *run)
     }
 }
 
+static bool has_rounds(const qw_primitives *found)
+{
+    for (uint32_t i = 0; i < found->count; i++)
+        if (found->item[i].kind != QW_PLANE) return true;
+    return false;
+}
+
 /* Moves run->finished and run->output. */
 static uint32_t move(exacting *x)
 {
@@ -107,7 +114,9 @@ static uint32_t move(exacting *x)
     if (flat != QW_NONE) return 0;
     qw_keep(run->env, moved.position), qw_keep(run->env, output);
     q->position = moved.position, run->output = output;
-    if (run->mirror.is_used && !run->rim) reflect(run); /* strips to rims that stay are no reflections */
+    /* strips to rims that stay are no reflections, and a plane that was found is known less well than what is round */
+    bool is_known = !qw_finds_plane(run->options.symmetry) || !has_rounds(&x->found);
+    if (run->mirror.is_used && !run->rim && is_known) reflect(run);
     return count;
 }
 

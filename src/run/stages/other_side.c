@@ -179,6 +179,18 @@ static double uncovered_area(const qw_run_state *run, const qw_trimesh *m, const
     return qw_in_quads(run, area);
 }
 
+/* Whether a vertex lies farther from the other side than its quads may leave uncovered: as the boundary of a side may
+   that is not where the core's is. */
+static bool sticks_out(const other_side *o)
+{
+    float reach = qw_uncovered_distance(o->run);
+    for (uint32_t v = 0; v < o->quads.vertex_count; v++) {
+        qw_hit hit = qw_bvh_nearest(o->side.tree, o->quads.position[v], qw_v3(0, 0, 0), -1, reach, QW_NONE);
+        if (hit.face == QW_NONE) return true;
+    }
+    return false;
+}
+
 /* Whether the other side is as near to its quads, with their positions there, as the core is to the quads given. */
 static bool judge(const other_side *o, const qw_quadmesh *quads)
 {
@@ -189,9 +201,10 @@ static bool judge(const other_side *o, const qw_quadmesh *quads)
              other = nearness_of(run->env, &o->side.clean.mesh, &of_other);
     qw_log(run->env, QW_LOG_DEBUG, "the other side is off by %.3f and %.3f edges, the core by %.3f and %.3f",
            other.mean / run->rho, other.far / run->rho, core.mean / run->rho, core.far / run->rho);
-    bool suits =
-        o->flipped == 0 && is_as_near(other.mean, core.mean, run->rho) && is_as_near(other.far, core.far, run->rho) &&
-        uncovered_area(run, &o->side.surface, &of_other) <= uncovered_area(run, &run->surface, &of_core) + UNCOVERED;
+    bool suits = o->flipped == 0 && !sticks_out(o) && is_as_near(other.mean, core.mean, run->rho) &&
+                 is_as_near(other.far, core.far, run->rho) &&
+                 uncovered_area(run, &o->side.surface, &of_other) <=
+                     uncovered_area(run, &run->surface, &of_core) + UNCOVERED;
     qw_scope_end(run->env);
     return suits;
 }
