@@ -55,7 +55,7 @@ static corners count_corners(const qw_run_state *run, const qw_trimesh *m, float
 static bool is_plain(const qw_run_state *run, const qw_trimesh *marked, float edge, const qw_mirror_plane *plane)
 {
     uint32_t count = count_corners(run, marked, edge, plane).all;
-    return count > 0 && count < FEW_CORNERS && run->whole.census.euler == 2 * run->whole.census.components;
+    return count < FEW_CORNERS && run->whole.census.euler == 2 * run->whole.census.components;
 }
 
 /* How long sharp edges are, in quads' edges, that run along the plane so near to it that what is between has but half

@@ -72,6 +72,9 @@ static bool find(exacting *x, uint32_t quads)
     return true;
 }
 
+/* In diagonals: a plane is known as well as shapes are if the surface lies no farther off its reflection. */
+static const double KNOWN = 1e-6;
+
 /* Reflections are exact. */
 static void reflect(qw_run_state *run)
 {
@@ -83,13 +86,6 @@ static void reflect(qw_run_state *run)
         to_frame(&run->whole.clean.frame, run->output + 3 * (size_t)v, p);
         q->position[v] = qw_v3_of_doubles(p);
     }
-}
-
-static bool has_rounds(const qw_primitives *found)
-{
-    for (uint32_t i = 0; i < found->count; i++)
-        if (found->item[i].kind != QW_PLANE) return true;
-    return false;
 }
 
 /* Moves run->finished and run->output. */
@@ -114,8 +110,9 @@ static uint32_t move(exacting *x)
     if (flat != QW_NONE) return 0;
     qw_keep(run->env, moved.position), qw_keep(run->env, output);
     q->position = moved.position, run->output = output;
-    /* strips to rims that stay are no reflections, and a plane that was found is known less well than what is round */
-    bool is_known = !qw_finds_plane(run->options.symmetry) || !has_rounds(&x->found);
+    /* strips to rims that stay are no reflections, and a plane that was found among facets may be known less well than
+       the shapes that they stand for */
+    bool is_known = !qw_finds_plane(run->options.symmetry) || run->mirror.far < KNOWN;
     if (run->mirror.is_used && !run->rim && is_known) reflect(run);
     return count;
 }
