@@ -1,5 +1,7 @@
 #include "run/stages/designed.h"
 
+#include "run/stages/split_levels.h"
+
 #include "base/constants.h"
 #include "whole/output.h"
 #include "whole/kept_rims.h"
@@ -63,7 +65,8 @@ static bool find(exacting *x, uint32_t quads)
 {
     qw_run_state *run = x->run;
     double angle = run->options.sharp_angle, sharp = angle < 0 ? QW_SHARP_COSINE : qw_cos(angle * QW_PI / 180);
-    x->surface = run->whole.clean.mesh, x->surface.component = NULL;
+    x->surface = run->whole.clean.mesh;
+    x->surface.component = run->whole.census.components > 1 ? run->whole.census.component : NULL;
     if (!qw_may_be_designed(&x->surface)) return false;
     take_positions(x);
     x->found = qw_find_primitives(run->env, &x->surface, x->position, sharp, quads);
@@ -71,9 +74,6 @@ static bool find(exacting *x, uint32_t quads)
     x->exact.tree = qw_bvh_build(run->env, &x->surface);
     return true;
 }
-
-/* In diagonals: a plane is known as well as shapes are if the surface lies no farther off its reflection. */
-static const double KNOWN = 1e-6;
 
 /* Reflections are exact. */
 static void reflect(qw_run_state *run)
@@ -88,6 +88,13 @@ static void reflect(qw_run_state *run)
     }
 }
 
+static bool has_rounds(const qw_primitives *found)
+{
+    for (uint32_t i = 0; i < found->count; i++)
+        if (found->item[i].kind != QW_PLANE) return true;
+    return false;
+}
+
 /* Moves run->finished and run->output. */
 static uint32_t move(exacting *x)
 {
@@ -99,7 +106,8 @@ static uint32_t move(exacting *x)
     qw_vec3 *position = QW_NEW(run->env, qw_vec3, n);
     for (uint32_t v = 0; v < n; v++) to_frame(frame, run->output + 3 * (size_t)v, place + 3 * (size_t)v);
     memcpy(position, q->position, n * sizeof *position);
-    moved.component = NULL, moved.position = position; /* the surface's tree does not tell components apart */
+    moved.position = position;
+    moved.component = qw_components_below(run->env, q, run->reflected, &x->surface, x->exact.tree);
     uint32_t count = qw_put_on_primitives(run->env, &moved, place, &x->exact);
     memcpy(output, run->output, 3 * (size_t)n * sizeof *output);
     for (uint32_t v = 0; v < n; v++)
@@ -110,10 +118,10 @@ static uint32_t move(exacting *x)
     if (flat != QW_NONE) return 0;
     qw_keep(run->env, moved.position), qw_keep(run->env, output);
     q->position = moved.position, run->output = output;
-    /* strips to rims that stay are no reflections, and a plane that was found among facets may be known less well than
-       the shapes that they stand for */
-    bool is_known = !qw_finds_plane(run->options.symmetry) || run->mirror.far < KNOWN;
-    if (run->mirror.is_used && !run->rim && is_known) reflect(run);
+    /* strips to rims that stay are no reflections; on round shapes vertices of a plane that was found stay as they were
+       put, exactly and evenly */
+    bool is_asked = !qw_finds_plane(run->options.symmetry) || !has_rounds(&x->found);
+    if (run->mirror.is_used && !run->rim && is_asked) reflect(run);
     return count;
 }
 

@@ -72,19 +72,16 @@ static void take_surface(leveling *l)
     list_curves(l);
 }
 
-/* The component of the surface that each connected part of the quads, or one side of it, lies on: that of most of its
-   vertices. */
-static void find_components(leveling *l)
+uint32_t *qw_components_below(qw_env *env, const qw_quadmesh *q, uint32_t reflected, const qw_trimesh *surface,
+                              const qw_bvh *tree)
 {
-    qw_env *env = l->run->env;
-    qw_quadmesh *q = &l->quads;
     uint32_t sides = 4 * q->face_count;
-    q->component = QW_NEW_ZERO(env, uint32_t, q->vertex_count);
-    if (!l->surface.component) return;
+    uint32_t *component = QW_NEW_ZERO(env, uint32_t, q->vertex_count);
+    if (!surface->component) return component;
     qw_scope_begin(env);
     uint32_t *twin = QW_NEW(env, uint32_t, sides), *part = QW_NEW(env, uint32_t, q->face_count), hint = QW_NONE;
     for (uint32_t h = 0; h < sides; h++) {
-        bool is_across = q->twin[h] != QW_NONE && (h < 4 * l->reflected) != (q->twin[h] < 4 * l->reflected);
+        bool is_across = q->twin[h] != QW_NONE && (h < 4 * reflected) != (q->twin[h] < 4 * reflected);
         twin[h] = is_across ? QW_NONE : q->twin[h];
     }
     uint32_t parts = qw_label_components(env, 4, twin, q->face_count, part);
@@ -94,15 +91,21 @@ static void find_components(leveling *l)
         const uint32_t *corner = q->corner + 4 * (size_t)f;
         qw_vec3 normal = qw_quad_normal(q, f);
         qw_heartbeat(env);
-        qw_hit hit = qw_bvh_nearest(l->shape.tree, qw_quad_middle(q->position, corner), normal, QW_SAME_SHEET, 1, hint);
+        qw_hit hit = qw_bvh_nearest(tree, qw_quad_middle(q->position, corner), normal, QW_SAME_SHEET, 1, hint);
         if (hit.face == QW_NONE) continue;
         hint = hit.face;
-        uint32_t c = l->surface.component[hit.face], p = part[f];
+        uint32_t c = surface->component[hit.face], p = part[f];
         if (lead[p] == 0) leader[p] = c;
         lead[p] += leader[p] == c ? 1 : -1;
     }
-    for (uint32_t h = 0; h < sides; h++) q->component[q->corner[h]] = leader[part[h / 4]];
+    for (uint32_t h = 0; h < sides; h++) component[q->corner[h]] = leader[part[h / 4]];
     qw_scope_end(env);
+    return component;
+}
+
+static void find_components(leveling *l)
+{
+    l->quads.component = qw_components_below(l->run->env, &l->quads, l->reflected, &l->surface, l->shape.tree);
 }
 
 /* ---- positions */
