@@ -1,11 +1,10 @@
 #include "run/stages/designed.h"
 
-#include "run/stages/split_levels.h"
-
 #include "base/constants.h"
 #include "whole/output.h"
 #include "whole/kept_rims.h"
 #include "whole/sizes.h"
+#include "geometry/components_below.h"
 #include "products/exact/exact.h"
 #include "base/elementary.h"
 #include "whole/half.h"

@@ -11,9 +11,3 @@ void qw_make_levels(qw_run_state *run);
 bool qw_fits_limit(const qw_run_state *run);
 /* Before there are quads: fails with QW_OPTION as above, and with QW_TOO_LARGE where splitting so many is refused. */
 void qw_require_levels(const qw_run_state *run);
-
-/* uint32_t[quads->vertex_count]: the component of the surface that each connected part of the quads, or one side of it,
-   lies on, that of most of its quads; 0 where the surface's are not told apart. reflected: the first quad that is a
-   reflection. tree: of the surface. In the current scope. */
-uint32_t *qw_components_below(qw_env *env, const qw_quadmesh *quads, uint32_t reflected, const qw_trimesh *surface,
-                              const qw_bvh *tree);
