@@ -52,10 +52,10 @@ int qw_history_asked_by(const qw_history *h)
 qw_stage qw_history_went_to(const qw_history *h)
 {
     const qw_plan *p = &h->attempt[0].plan;
-    qw_stage first = p->keeps_teeth ? QW_STAGE_CLEAN
-                     : p->plane > 0 ? QW_STAGE_CORE
-                     : p->room > 0  ? QW_STAGE_WORKING
-                                    : QW_STAGE_COUNT;
+    qw_stage first = p->keeps_teeth                ? QW_STAGE_CLEAN
+                     : p->plane > 0 || p->ringless ? QW_STAGE_CORE
+                     : p->room > 0                 ? QW_STAGE_WORKING
+                                                   : QW_STAGE_COUNT;
     for (uint32_t i = 1; i < h->count; i++) {
         qw_stage stage = qw_retry_rows[h->attempt[i].cause].back;
         if (stage < first) first = stage;
@@ -333,8 +333,12 @@ static qw_step after_assemble(const qw_history *h)
     bool is_hopeless = !v->has_across && ((is_free && v->sides_apart) || unlike == QW_PARTS_LOST ||
                                           (unlike == QW_OTHER_SIDE_FARTHER && p->plane > 0));
     step.cause = QW_RETRY_PLANE;
-    step.plan.plane = is_hopeless ? qw_retry_rows[QW_RETRY_PLANE].most : p->plane + 1;
     bool may = h->request.planes && p->plane < qw_retry_rows[QW_RETRY_PLANE].most;
+    if (may && v->has_rings && !p->ringless) { /* a ring may be around what one side has in another place */
+        step.plan.ringless = 1;
+        return step;
+    }
+    step.plan.plane = is_hopeless ? qw_retry_rows[QW_RETRY_PLANE].most : p->plane + 1;
     return may ? step : go_on(h->current);
 }
 
@@ -376,7 +380,7 @@ static const char *attempt_fault(const qw_history *h, uint32_t i, double largest
     if (i == 0 && a->cause != QW_NO_RETRY) return "the first attempt was begun for a cause";
     if (!(p->size_factor >= 1 / largest_factor && p->size_factor <= largest_factor) || p->strategy >= QW_STRATEGIES ||
         p->effort >= QW_EFFORTS || p->refinements > QW_MAX_REFINEMENTS ||
-        p->plane > qw_retry_rows[QW_RETRY_PLANE].most || p->keeps_teeth > 1 ||
+        p->plane > qw_retry_rows[QW_RETRY_PLANE].most || p->keeps_teeth > 1 || p->ringless > 1 ||
         p->room > qw_retry_rows[QW_RETRY_NO_ROOM].most || !is_number(p->core_faces) || !is_number(p->reserve) ||
         (i > 0 && p->refinements < a[-1].plan.refinements))
         return "an attempt has a plan that none can have";

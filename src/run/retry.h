@@ -49,6 +49,7 @@ typedef struct qw_verdict {
     /* after ASSEMBLE */
     uint32_t sides_apart;  /* flag: one side sewn to its reflection is not the surface that it is to be */
     uint32_t sides_unlike; /* qw_unlike */
+    uint32_t has_rings;    /* flag: there are rings that were found */
     uint32_t has_across;   /* flag: one side was cut again by planes across the first */
     uint32_t count_off;    /* flag: both sides together have not the count that is promised */
     uint32_t rims_flipped; /* quads beside the rim of a region that are flipped or have no area */

@@ -277,7 +277,7 @@ void qw_engrave_necks(qw_run_state *run, double rho)
 {
     qw_env *env = run->env;
     run->necks = (qw_necks){0};
-    bool finds_necks = run->options.rings > 0 && qw_uses(env, QW_MECH_NECKS) &&
+    bool finds_necks = run->options.rings > 0 && !run->plan.ringless && qw_uses(env, QW_MECH_NECKS) &&
                        run->surface_census.components <= MOST_COMPONENTS;
     if (finds_necks || (qw_follows_motion(run) && run->whole.steering->joint_count > 0)) {
         qw_scope_begin(env);

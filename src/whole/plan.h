@@ -29,6 +29,7 @@ typedef struct qw_plan {
     uint32_t plane;       /* planes of symmetry from this one on may be used */
     uint16_t room;        /* how often more room was asked for since this plane is used */
     uint16_t keeps_teeth; /* flag: triangles of a region with two edges on its rim stay as they are */
+    uint32_t ringless;    /* flag: no rings are found, only those that were asked for are made */
     uint32_t refinements; /* how many of the run's refinements apply: places around which the wanted edge length is
                              smaller */
 } qw_plan;
