@@ -9,6 +9,7 @@
 #include "base/elementary.h"
 #include "whole/half.h"
 #include "whole/mirror.h"
+#include "whole/suits_cut.h"
 
 #include <assert.h>
 #include <math.h>
@@ -117,10 +118,10 @@ static uint32_t move(exacting *x)
     if (flat != QW_NONE) return 0;
     qw_keep(run->env, moved.position), qw_keep(run->env, output);
     q->position = moved.position, run->output = output;
-    /* strips to rims that stay are no reflections; on round shapes vertices of a plane that was found stay as they were
-       put, exactly and evenly */
-    bool is_asked = !qw_finds_plane(run->options.symmetry) || !has_rounds(&x->found);
-    if (run->mirror.is_used && !run->rim && is_asked) reflect(run);
+    /* Strips to rims that stay are no reflections. On round shapes between sharp edges vertices stay as they were put,
+       exactly and evenly, unless the plane was asked for. */
+    bool stays = qw_finds_plane(run->options.symmetry) && has_rounds(&x->found) && qw_is_sharp(run);
+    if (run->mirror.is_used && !run->rim && !stays) reflect(run);
     return count;
 }
 
