@@ -798,7 +798,7 @@ static void read_statements(void *user)
 {
     static const char mtl[] =
         "newmtl a\nKd 0 0 0\nmap_Kd -s 3 2 1 -o .25 .1 0 -clamp on bake there.png\nTr 0.25\n"
-        "newmtl b\nmap_Kd bake there.png\nKd 0 0 0\nd 0.5\nTr 0.125\nmap_d -imfchan g bake there.png\n"
+        "newmtl b\nMAP_KD bake there.png\nkd 0 0 0\nd 0.5\nTr 0.125\nmap_d -imfchan g bake there.png\n"
         "newmtl c\nKd 0.5\nmap_Bump -bm 0.3 bake there.png\n";
     static const char *const names[] = {"a", "b", "c"};
     qw_env *env = ((job *)user)->env;

@@ -406,7 +406,8 @@ static void write_scene(void)
     edit(more, text, "\"indices\":1}]}]",
          "\"indices\":1,\"material\":1}]}],\"materials\":[{\"name\":\"none\"},{\"name\":\"x\",\"pbrMetallicRoughness\":"
          "{\"baseColorTexture\":"
-         "{\"index\":0}},\"extensions\":{\"VENDOR_thing\":{\"a\":[1.50,null,true]}}}],\"textures\":[{\"source\":0}],"
+         "{\"index\":0}},\"extensions\":{\"VENDOR_thing\":{\"a\":[1.50,null,true,-1e999]}}}],\"textures\":[{\"source\":"
+         "0}],"
          "\"images\":[{\"name\":"
          "\"pic\",\"uri\":\"a%20picture.png\"},{\"uri\":\"../elsewhere.png\"}]");
     write_file(FOLDER "/scene.gltf", more);
@@ -451,7 +452,7 @@ static void a_scene_keeps_its_nodes(void **state)
     assert_true(
         file_holds(FOLDER "/scene.glb",
                    "{\"name\":\"pic\",\"bufferView\":0,\"mimeType\":\"image/png\"},{\"uri\":\"../elsewhere.png\"}"));
-    assert_true(file_holds(FOLDER "/scene.glb", "\"VENDOR_thing\":{\"a\":[1.50,null,true]}"));
+    assert_true(file_holds(FOLDER "/scene.glb", "\"VENDOR_thing\":{\"a\":[1.50,null,true,-3.4028234663852886e38]}"));
     assert_true(file_holds(FOLDER "/scene.glb",
                            "\"translation\":[7,0,1],\"rotation\":[0,0.6,0,0.8],\"scale\":[-0.25,0.25,0.25]"));
     /* what is dropped leaves its node behind, without a mesh */

@@ -918,6 +918,8 @@ static void test_lists(void **unused)
         {"0,0.5,0\n1,0.5,0\n0,1.5,0\n", false, false},
         {"0, 0.5, 0\n1, 0.5, 0\n0, 1.5, 0\n", false, false},
         {"0;0,5;0\n1;0,5;0\n0;1,5;0\n", false, false},
+        {"0,0|0,5|0\n1|0,5|0\n0|1,5|0\n", false, false},
+        {"0,0\t0,5\t0,0\n1,0 0,5 0\n0 1,5  0,0\n", false, false},
         {"0;.5;0\r\n1;.5;0\r\n0;1.5;0\r\n", false, false},
         {"3\n0 0.5 0 255 51 0\n1 0.5 0 0 0 0\n0 1.5 0 0 0 9\n", true, false},
         {"3\n0 0.5 0 -7 255 51 0\n1 0.5 0 -8 0 0 0\n0 1.5 0 -6 0 0 9\n", true, false},

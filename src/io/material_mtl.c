@@ -155,12 +155,19 @@ static const map_row map_rows[] = {
     {"map_Pr", offsetof(qw_material, roughness_map)}, {"map_Pm", offsetof(qw_material, metallic_map)},
     {"map_Ke", offsetof(qw_material, emission_map)},  {"norm", offsetof(qw_material, normal_map)}};
 
+/* Whatever letters are capitals. */
+static bool reads(const char *word, const char *name)
+{
+    while (*word && (*word | 0x20) == (*name | 0x20)) word++, name++;
+    return *word == *name;
+}
+
 static bool take_factor(mtl *m, const char *word, const char *value)
 {
     for (size_t i = 0; i < sizeof factor_rows / sizeof *factor_rows; i++) {
         const factor_row *r = &factor_rows[i];
-        if (strcmp(word, r->word) != 0) continue;
-        take_factors(m, word, value, r->is_share ? qw_factor_share : qw_factor_upward,
+        if (!reads(word, r->word)) continue;
+        take_factors(m, r->word, value, r->is_share ? qw_factor_share : qw_factor_upward,
                      (float *)(void *)((char *)m->now + r->at), r->count);
         return true;
     }
@@ -170,7 +177,7 @@ static bool take_factor(mtl *m, const char *word, const char *value)
 /* Both may be there, d and 1 - d; d is meant the same by all who write it. */
 static void take_alpha(mtl *m, const char *word, const char *value)
 {
-    bool is_d = strcmp(word, "d") == 0, is_tr = strcmp(word, "Tr") == 0;
+    bool is_d = reads(word, "d"), is_tr = reads(word, "Tr");
     if (!is_d && !(is_tr && !m->has_d)) return;
     if (is_d && strncmp(value, "-halo", 5) == 0) value += 5;
     float x = is_d ? m->now->color[3] : 1 - m->now->color[3];
@@ -181,14 +188,14 @@ static void take_alpha(mtl *m, const char *word, const char *value)
 
 static void take_line(mtl *m, char *word, char *value)
 {
-    if (strcmp(word, "newmtl") == 0) {
+    if (reads(word, "newmtl")) {
         m->now = NULL, m->has_d = m->has_picture = false;
         for (uint32_t i = 0; i < m->list.count; i++)
             if (strcmp(m->names[i], value) == 0) m->now = &m->list.material[i];
         return;
     }
     if (!m->now) return;
-    if (strcmp(word, "Kd") == 0 && m->has_picture) {
+    if (reads(word, "Kd") && m->has_picture) {
         float given[3] = {m->now->color[0], m->now->color[1], m->now->color[2]};
         take_factor(m, word, value);
         if (m->now->color[0] == 0 && m->now->color[1] == 0 && m->now->color[2] == 0)
@@ -197,19 +204,18 @@ static void take_line(mtl *m, char *word, char *value)
     }
     if (take_factor(m, word, value)) return;
     take_alpha(m, word, value);
-    if (strcmp(word, "map_Kd") == 0) {
+    if (reads(word, "map_Kd")) {
         const float *c = m->now->color; /* as many write it who mean the picture alone */
         if (c[0] == 0 && c[1] == 0 && c[2] == 0) m->now->color[0] = m->now->color[1] = m->now->color[2] = 1;
         m->has_picture = true;
     }
-    if (strcmp(word, "map_Bump") == 0 || strcmp(word, "map_bump") == 0 || strcmp(word, "bump") == 0)
+    if (reads(word, "map_Bump") || reads(word, "bump"))
         qw_note_material(m->env, &m->list, "material \"%.40s\": %s is left out, as heights have no unit; norm is read",
                          m->now->name, word);
     for (size_t i = 0; i < sizeof map_rows / sizeof *map_rows; i++)
-        if (strcmp(word, map_rows[i].word) == 0)
-            take_map(m, value, (qw_texture *)(void *)((char *)m->now + map_rows[i].at));
+        if (reads(word, map_rows[i].word)) take_map(m, value, (qw_texture *)(void *)((char *)m->now + map_rows[i].at));
     const float *e = m->now->emission;
-    if (strcmp(word, "map_Ke") == 0 && e[0] == 0 && e[1] == 0 && e[2] == 0)
+    if (reads(word, "map_Ke") && e[0] == 0 && e[1] == 0 && e[2] == 0)
         m->now->emission[0] = m->now->emission[1] = m->now->emission[2] = 1;
 }
 

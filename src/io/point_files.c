@@ -1,9 +1,9 @@
 /* Points without faces: XYZ, PTS and CSV, the vertices of an OBJ, and PCD of the Point Cloud Library.
  *
- * Lists have no rules: a line with a point begins with three numbers, between which stand blanks, commas or semicolons
- * (with semicolons a comma is a decimal point). A first line that is one number is a count; # begins a comment. Columns
- * have the names that a line above the first point gives them; where there is none, colours and normals are known by
- * their values.
+ * Lists have no rules: a line with a point begins with three numbers, between which stand blanks, commas, semicolons or
+ * bars; a comma is a decimal point where semicolons or bars, or blanks alone, part the numbers. A first line that is
+ * one number is a count; # begins a comment. Columns have the names that a line above the first point gives them; where
+ * there is none, colours and normals are known by their values.
  *
  * PCD has a header of words: FIELDS names the values of a point, SIZE, TYPE (F, I, U) and COUNT say how they lie,
  * POINTS how many there are, and DATA, the last line, ascii or binary. binary_compressed is refused. Points with a
@@ -115,13 +115,15 @@ typedef struct list {
     bool is_comma_number; /* commas of this line are decimal points */
 } list;
 
+static bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
 static bool begins_number(qw_word cell)
 {
     if (cell.size > 1 && (*cell.at == '-' || *cell.at == '+')) cell.at++;
-    return cell.size > 0 && ((*cell.at >= '0' && *cell.at <= '9') || *cell.at == '.');
+    return cell.size > 0 && (is_digit(*cell.at) || *cell.at == '.');
 }
 
-static bool is_separator(const list *l, char c) { return c == ';' || (c == ',' && !l->is_comma_number); }
+static bool is_separator(const list *l, char c) { return strchr(";|", c) ? c != 0 : c == ',' && !l->is_comma_number; }
 
 /* What stands before the next blank or separator, of which one is passed over; empty where nothing stands there. */
 static qw_word take_cell(list *l)
@@ -152,8 +154,17 @@ static bool read_number(const list *l, qw_word cell, double *value)
 static void begin_line(list *l)
 {
     const qw_text *t = &l->text;
-    const char *newline = memchr(t->at, t->newline, (size_t)(t->end - t->at));
-    l->is_comma_number = memchr(t->at, ';', (size_t)((newline ? newline : t->end) - t->at)) != NULL;
+    const char *newline = memchr(t->at, t->newline, (size_t)(t->end - t->at)), *end = newline ? newline : t->end;
+    bool is_parted = false, is_decimal = true; /* every comma of the line stands in a number of its own */
+    int blanks = 0, points = 0;                /* points: of the cell */
+    for (const char *c = t->at; c < end; c++) {
+        bool is_blank = strchr(" \t\r", *c) != NULL;
+        is_parted |= *c == ';' || *c == '|';
+        points = is_blank ? 0 : points + (*c == ',' || *c == '.');
+        blanks += is_blank && c + 1 < end && !strchr(" \t\r", c[1]);
+        is_decimal &= *c != ',' || (points == 1 && c > t->at && is_digit(c[-1]) && is_digit(c[1]));
+    }
+    l->is_comma_number = is_parted || (is_decimal && blanks >= 2);
 }
 
 /* Whether the line has numbers where the coordinates are: the cursor is left where it is. */

@@ -2,6 +2,8 @@
 #include "io/gltf/gltf_document.h"
 #include "io/pen.h"
 
+#include <float.h>
+#include <math.h>
 #include <string.h>
 
 /* Bytes of a GLB, which images become part of. */
@@ -27,15 +29,19 @@ static void put_whole(pass *p, uint64_t value) { qw_pen_whole(&p->text, value); 
 static size_t begin_piece(const pass *p) { return p->text.size; }
 static void end_piece(pass *p) { put(p, "", 1); }
 
-/* A value as it is in the file, but for the numbers that are patched. */
+/* A value as it is in the file, but for numbers that are patched, and those such as 1e999, which readers have no double
+   for: the largest of single precision stand in their place. */
 static void put_value(pass *p, uint32_t token)
 {
     const qw_json_doc *j = &p->d->json;
     uint32_t at = qw_json_begin_of(j, token);
     for (uint32_t t = token; t < j->token[token].next; t++) {
-        if (p->patch[t] == QW_NONE) continue;
+        double value;
+        bool is_beyond = qw_json_number(j, t, &value) && isinf(value);
+        if (p->patch[t] == QW_NONE && !is_beyond) continue;
         put(p, j->text + at, j->token[t].begin - at);
-        put_whole(p, p->patch[t]);
+        if (is_beyond) qw_pen_number(&p->text, (double)copysignf(FLT_MAX, (float)value));
+        else put_whole(p, p->patch[t]);
         at = j->token[t].end;
     }
     put(p, j->text + at, qw_json_end_of(j, token) - at);
@@ -132,7 +138,6 @@ static const char *media_of(qw_bytes b)
     if (b.size > 8 && memcmp(b.at, "\x89PNG", 4) == 0) return "image/png";
     if (b.size > 3 && memcmp(b.at, "\xff\xd8\xff", 3) == 0) return "image/jpeg";
     if (b.size > 11 && memcmp(b.at, "RIFF", 4) == 0 && memcmp(b.at + 8, "WEBP", 4) == 0) return "image/webp";
-    if (b.size > 12 && memcmp(b.at, "RIFF", 4) == 0 && memcmp(b.at + 8, "WEBP", 4) == 0) return "image/webp";
     if (b.size > 12 && memcmp(b.at, "\xabKTX", 4) == 0) return "image/ktx2";
     return "application/octet-stream";
 }
