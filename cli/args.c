@@ -164,8 +164,11 @@ static qw_status take_option(parser *p, const char *name, char *inline_value)
         return refuse(p, QW_ARGUMENT, "--%s belongs to the command %s: quadwright %s ...", name, owner_of(name),
                       owner_of(name));
     if (!info) {
-        qw_status status = set_option(p, name, "");
-        return status == QW_OK ? refuse(p, QW_OPTION, "unknown option \"%.40s\"", name) : status;
+        unsigned best = QW_NEVER_NEAR;
+        const char *meant = qw_option_meant(name, &best);
+        return refuse(p, QW_OPTION,
+                      meant ? "unknown option \"%.40s\"; did you mean \"%s\"?" : "unknown option \"%.40s\"", name,
+                      meant);
     }
     bool is_alone = info->kind == QW_KIND_FLAG && !inline_value;
     if (is_alone && !(p->next < p->argc && is_wrap_value(info, p->argv[p->next])))
@@ -219,10 +222,11 @@ static qw_status parse_levels(parser *p, const char *value)
         bool falls = out->level_count == 0 || faces < out->level[out->level_count - 1];
         if (end == at || (*end && *end != ',') || faces < 1 || faces > 20000000 || !falls ||
             out->level_count == QW_MOST_LEVELS)
-            return refuse(p, QW_ARGUMENT,
-                          "--levels must be up to %d numbers of quads, each less than the one before, with commas "
-                          "between them, not \"%.40s\"",
-                          QW_MOST_LEVELS, value);
+            return refuse(
+                p, QW_ARGUMENT,
+                "--levels must be up to %d numbers of quads from 1 to 20000000, each less than the one before, "
+                "with commas between them, not \"%.40s\"",
+                QW_MOST_LEVELS, value);
         out->level[out->level_count++] = faces;
         at = *end ? end + 1 : NULL;
     }

@@ -334,16 +334,10 @@ static const char *meant(const char *typed)
 {
     unsigned best = QW_NEVER_NEAR;
     const char *found = NULL;
-    const qw_switch_row *row;
     for (int i = 0; i < TOPIC_COUNT; i++)
         if (qw_is_near(typed, topics[i].name, &best)) found = topics[i].name;
-    for (size_t i = 0; i < qw_option_count(); i++)
-        if (qw_is_near(typed, qw_option_at(i)->name, &best)) found = qw_option_at(i)->name;
-    for (size_t i = 0; i < qw_asset_option_count(); i++)
-        if (qw_is_near(typed, qw_asset_option_at(i)->name, &best)) found = qw_asset_option_at(i)->name;
-    for (size_t i = 0; (row = qw_switch_at(i)); i++)
-        if (row->name && qw_is_near(typed, row->name, &best)) found = row->name;
-    return found;
+    const char *given = qw_option_meant(typed, &best);
+    return given ? given : found;
 }
 
 bool qw_print_about(FILE *file, const char *name, char *message, size_t message_size)

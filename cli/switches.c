@@ -1,5 +1,7 @@
 #include "switches.h"
 
+#include "base/near.h"
+
 #include <string.h>
 
 enum command_set {
@@ -179,6 +181,19 @@ const char *qw_stage_word(qw_stage stage, char word[QW_STAGE_WORD])
 }
 
 /* ---- names that are typed */
+
+const char *qw_option_meant(const char *typed, unsigned *best)
+{
+    const char *found = NULL;
+    const qw_switch_row *row;
+    for (size_t i = 0; i < qw_option_count(); i++)
+        if (qw_is_near(typed, qw_option_at(i)->name, best)) found = qw_option_at(i)->name;
+    for (size_t i = 0; i < qw_asset_option_count(); i++)
+        if (qw_is_near(typed, qw_asset_option_at(i)->name, best)) found = qw_asset_option_at(i)->name;
+    for (size_t i = 0; (row = qw_switch_at(i)); i++)
+        if (row->name && qw_is_near(typed, row->name, best)) found = row->name;
+    return found;
+}
 
 bool qw_same_name(const char *a, const char *b)
 {

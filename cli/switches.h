@@ -71,5 +71,7 @@ const qw_switch_row *qw_switch_at(size_t index);
 const char *qw_command_name(qw_command command);
 /* The stage as --dump-stage takes it, in lower case. */
 const char *qw_stage_word(qw_stage stage, char word[QW_STAGE_WORD]);
+/* The option or switch that was meant and is nearer than best (base/near.h), or NULL. */
+const char *qw_option_meant(const char *typed, unsigned *best);
 /* Equal, where '-' and '_' are the same. */
 bool qw_same_name(const char *a, const char *b);

@@ -462,6 +462,8 @@ static void advice(void **state)
 {
     (void)state;
     assert_non_null(strstr(tool("mesure in.obj")->err, "unknown command \"mesure\"; did you mean \"measure\"?"));
+    assert_non_null(strstr(tool("in.obj --presett cad")->err, "did you mean \"preset\"?"));
+    assert_non_null(strstr(tool("in.obj --preset cda")->err, "did you mean \"cad\"?"));
     assert_non_null(strstr(tool("in.obj")->err, "-o in-quads.obj"));
     assert_non_null(strstr(tool("some/where/cow.v2.ply -f 100")->err, "-o cow.v2-quads.ply"));
     assert_non_null(strstr(tool("part.stl")->err, "-o part-quads.obj"));

@@ -142,6 +142,7 @@ static void unknown_names_get_advice(void **state)
     (void)state;
     refused("face", "5", "did you mean \"faces\"");
     refused("edge-lenght", "5", "did you mean \"edge_length\"");
+    refused("facse", "5", "did you mean \"faces\"");
     refused("treads", "5", "did you mean \"threads\"");
     char message[256];
     qw_options options;

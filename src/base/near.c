@@ -8,24 +8,25 @@ static unsigned least3(unsigned a, unsigned b, unsigned c) { return a < b ? (a <
 
 static char plain(char c) { return c >= 'A' && c <= 'Z' ? (char)(c + 32) : c == '-' ? '_' : c; }
 
-/* Levenshtein's distance, one row of the table at a time. */
+static bool is_same(char a, char b) { return plain(a) == plain(b); }
+
+/* Levenshtein's distance, where neighbours that have changed places count once (Damerau). */
 static unsigned edit_distance(const char *a, const char *b)
 {
     size_t n = strlen(a), m = strlen(b);
-    unsigned row[LONGEST_NAME + 1];
+    unsigned of[LONGEST_NAME + 1][LONGEST_NAME + 1];
     if (n > LONGEST_NAME || m > LONGEST_NAME) return LONGEST_NAME;
-    for (size_t j = 0; j <= m; j++) row[j] = (unsigned)j;
-    for (size_t i = 1; i <= n; i++) {
-        unsigned diagonal = row[0];
-        row[0] = (unsigned)i;
-        for (size_t j = 1; j <= m; j++) {
-            bool is_same = plain(a[i - 1]) == plain(b[j - 1]);
-            unsigned next = least3(diagonal + !is_same, row[j] + 1, row[j - 1] + 1);
-            diagonal = row[j];
-            row[j] = next;
+    for (size_t i = 0; i <= n; i++)
+        for (size_t j = 0; j <= m; j++) {
+            if (i == 0 || j == 0) {
+                of[i][j] = (unsigned)(i + j);
+                continue;
+            }
+            of[i][j] = least3(of[i - 1][j - 1] + !is_same(a[i - 1], b[j - 1]), of[i - 1][j] + 1, of[i][j - 1] + 1);
+            bool is_swapped = i > 1 && j > 1 && is_same(a[i - 1], b[j - 2]) && is_same(a[i - 2], b[j - 1]);
+            if (is_swapped && of[i][j] > of[i - 2][j - 2] + 1) of[i][j] = of[i - 2][j - 2] + 1;
         }
-    }
-    return row[m];
+    return of[n][m];
 }
 
 bool qw_is_near(const char *typed, const char *name, unsigned *best)

@@ -6,6 +6,6 @@
 /* More than the distance of any two names: where `best` of qw_is_near begins. */
 enum { QW_NEVER_NEAR = 33 };
 
-/* Whether typed is nearer to name than best and within a third of its length: insertions, deletions and substitutions;
-   capitals are small letters, and - is _. Then best is that distance. */
+/* Whether typed is nearer to name than best and within a third of its length: insertions, deletions, substitutions and
+   swaps; capitals are small letters, and - is _. Then best is that distance. */
 bool qw_is_near(const char *typed, const char *name, unsigned *best);
