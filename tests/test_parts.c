@@ -236,25 +236,27 @@ static void flat_ground_leaves_quads(void **state)
     qw_result_destroy(result), shape_free(&all);
 }
 
-/* Wires: prisms of eight sides, 0.006 wide and 0.06 long, above a ball. */
-static shape wire(void)
+/* A wire of eight sides, 0.006 wide: straight, 0.06 long and above a ball, or wound up in so many turns of radius 0.03.
+ */
+static shape wire(uint32_t turns)
 {
-    shape s = {.vertex_count = 90, .face_count = 0};
-    s.position = malloc(3 * 90 * sizeof *s.position), s.corner = malloc(3 * 200 * sizeof *s.corner);
-    for (uint32_t v = 0; v < 88; v++) {
-        double a = 6.283185307179586 * (v % 8) / 8, *p = s.position + 3 * (size_t)v;
-        p[0] = 0.003 * cos(a), p[1] = 0.003 * sin(a), p[2] = 0.006 * (v / 8);
+    uint32_t rings = turns ? 24 * turns + 1 : 11, ends = 8 * rings;
+    shape s = {.vertex_count = ends + 2, .face_count = 0};
+    s.position = malloc(3 * (size_t)(ends + 2) * sizeof *s.position);
+    s.corner = malloc(3 * (size_t)(ends * 2) * sizeof *s.corner);
+    for (uint32_t v = 0; v < ends + 2; v++) {
+        uint32_t i = v < ends ? v / 8 : v == ends ? 0 : rings - 1;
+        double a = 6.283185307179586 * (v % 8) / 8, t = 6.283185307179586 * i / 24, r = v < ends ? 0.003 : 0,
+               *p = s.position + 3 * (size_t)v;
+        double out = 0.03 + r * cos(a);
+        p[0] = turns ? out * cos(t) : r * cos(a), p[1] = turns ? out * sin(t) : r * sin(a);
+        p[2] = turns ? 0.0025 * t - r * sin(a) : 0.006 * i;
     }
-    for (uint32_t end = 0; end < 2; end++) {
-        double *p = s.position + 3 * (size_t)(88 + end);
-        p[0] = p[1] = 0, p[2] = 0.06 * end;
-        for (uint32_t i = 0; i < 8; i++) {
-            uint32_t a = 80 * end + i, b = 80 * end + (i + 1) % 8;
-            if (end) shape_triangle(&s, a, b, 89);
-            else shape_triangle(&s, b, a, 88);
-        }
+    for (uint32_t i = 0; i < 8; i++) {
+        shape_triangle(&s, (i + 1) % 8, i, ends);
+        shape_triangle(&s, ends - 8 + i, ends - 8 + (i + 1) % 8, ends + 1);
     }
-    for (uint32_t j = 0; j < 10; j++)
+    for (uint32_t j = 0; j + 1 < rings; j++)
         for (uint32_t i = 0; i < 8; i++)
             shape_square(&s, 8 * j + i, 8 * j + (i + 1) % 8, 8 * j + 8 + (i + 1) % 8, 8 * j + 8 + i, false);
     return s;
@@ -266,7 +268,7 @@ static void wires_take_a_quarter_at_most(void **state)
     enum { WIRES = 14 };
     shape all = {0};
     add_part(&all, shape_sphere(12), 1, 0, 0, 0);
-    for (int i = 0; i < WIRES; i++) add_part(&all, wire(), 1, 0.03 * i - 0.2, 0, 1.05);
+    for (int i = 0; i < WIRES; i++) add_part(&all, wire(0), 1, 0.03 * i - 0.2, 0, 1.05);
     qw_options o;
     qw_options_init(&o);
     o.faces = 1500;
@@ -286,6 +288,27 @@ static void wires_take_a_quarter_at_most(void **state)
         if (high - low < 0.03) fail_msg("a wire is %g long, not 0.06", high - low);
     }
     free(part), qw_result_destroy(result), shape_free(&all);
+}
+
+/* A spring of six turns beside a block: 0.3 % of the area. Its quads go around it in rings of four. */
+static void springs_take_a_quarter_at_most(void **state)
+{
+    (void)state;
+    shape all = {0};
+    add_part(&all, shape_cube(6), 1, 0, 0, 0);
+    add_part(&all, wire(6), 1, 0.5, 0.5, 1.1);
+    qw_options o;
+    qw_options_init(&o);
+    for (o.faces = 1000; o.faces <= 2000; o.faces += 500) {
+        qw_result *result = remesh(&all, &o);
+        qw_mesh_view quads = qw_result_mesh(result);
+        uint32_t spring = faces_above(&quads, 1.05);
+        assert_true(quads.face_count >= 0.97 * (double)o.faces && quads.face_count <= 1.03 * (double)o.faces);
+        if (spring < 40 || spring > quads.face_count / 4) fail_msg("%u of %u quads", spring, quads.face_count);
+        assert_int_equal(qw_result_report(result)->topology.irregular, 16);
+        qw_result_destroy(result);
+    }
+    shape_free(&all);
 }
 
 /* Shares are of the whole, none is below what it takes to exist, and what is alike gets alike. */
@@ -353,6 +376,7 @@ QW_TEST_SUITE(parts)
         cmocka_unit_test(crowds_leave_the_others),
         cmocka_unit_test(flat_ground_leaves_quads),
         cmocka_unit_test(wires_take_a_quarter_at_most),
+        cmocka_unit_test(springs_take_a_quarter_at_most),
         cmocka_unit_test(shares_add_up),
         cmocka_unit_test(needles_in_few_quads_take_no_more_memory),
     };

@@ -76,21 +76,33 @@ bool qw_may_be_thin(const qw_run_state *run)
     return run->clean_census.components > 1 && run->clean_census.components < LEAST_APART && !run->input.density;
 }
 
-/* Closed parts that get no more than the least, and are so long that four quads around them and as long as wide would
-   be more: fields would draw them together. */
-static void find_thin(qw_env *env, const qw_run_state *run, const double **share, uint8_t *chosen)
+/* Components that are to be made straight: chosen: uint8_t[components]; double[components]: about as many quads as
+   each gets, and at most. */
+typedef struct choice {
+    uint8_t *chosen;
+    double *share, *most;
+} choice;
+
+/* Closed parts, but never the largest, that get fewer than the four quads around them, as wide as long, that a rod or
+   wire has which is as long, or of their curvature: fields would draw them together or take as many. */
+static void find_thin(qw_env *env, const qw_run_state *run, choice *p)
 {
     const qw_census *census = &run->clean_census;
     qw_part *part;
-    *share = qw_component_shares(env, &run->clean.mesh, census, run->surface_faces, &part);
+    p->share = qw_component_shares(env, &run->clean.mesh, census, run->surface_faces, &part);
+    p->most = QW_NEW(env, double, (size_t)census->components);
+    int64_t largest = 0;
     for (int64_t c = 0; c < census->components; c++) {
-        double along = 4 * part[c].extent / sqrt(part[c].area); /* squared: the quads of a tube as long as it is */
-        chosen[c] = part[c].is_ball && (*share)[c] <= part[c].least && along * along > part[c].least;
+        if (p->share[c] > p->share[largest]) largest = c;
+        double along = 4 * part[c].extent, bent = part[c].bend * (4 / (2 * QW_PI));
+        p->most[c] = fmax(along * along, bent * bent) / part[c].area;
+        p->chosen[c] = part[c].is_closed && p->most[c] > p->share[c];
     }
+    p->chosen[largest] = 0;
 }
 
 /* Components of next to no quads, but never the largest. */
-static void find_least(qw_env *env, const qw_run_state *run, const double **share, uint8_t *chosen)
+static void find_least(qw_env *env, const qw_run_state *run, choice *p)
 {
     const qw_trimesh *mesh = &run->clean.mesh;
     const uint32_t *component = run->clean_census.component;
@@ -103,33 +115,33 @@ static void find_least(qw_env *env, const qw_run_state *run, const double **shar
     }
     for (uint32_t c = 0; c < n; c++) {
         if (quads[c] > quads[largest]) largest = c;
-        chosen[c] = quads[c] < (is_open[c] ? SHARE_OPEN : QW_LEAST_SHELL);
+        p->chosen[c] = quads[c] < (is_open[c] ? SHARE_OPEN : QW_LEAST_SHELL);
     }
-    chosen[largest] = 0, *share = quads;
+    p->chosen[largest] = 0, p->share = p->most = quads;
 }
 
 /* Makes those of the components that are chosen; the others, and those that cannot be made with as few quads, are left
    to the fields. */
-static qw_quadmesh make_chosen(qw_env *env, const qw_run_state *run, const double *share, bool is_least,
-                               uint8_t *chosen, uint32_t *count)
+static qw_quadmesh make_chosen(qw_env *env, const qw_run_state *run, choice *p, bool is_least, uint32_t *count)
 {
     uint32_t n = (uint32_t)run->clean_census.components;
     qw_parts parts = qw_sort_parts(env, &run->clean.mesh, run->clean_census.component, n);
     qw_quadmesh *made = QW_NEW(env, qw_quadmesh, n);
     *count = 0;
     for (uint32_t c = 0; c < n; c++) {
-        if (!chosen[c]) continue;
+        if (!p->chosen[c]) continue;
         qw_heartbeat(env);
         qw_flip worst;
         qw_scope_begin(env);
         qw_trimesh part = qw_take_part(env, &parts, c);
-        const qw_straight plan = {share[c], 1, INFINITY, is_least ? QW_NOT_FLIPPED : QW_DOUBTFUL, is_least};
+        const qw_straight plan = {p->share[c], 1, INFINITY, is_least ? QW_NOT_FLIPPED : QW_DOUBTFUL, is_least};
         qw_quadmesh quads = qw_make_straight(env, &part, &plan, &worst);
-        chosen[c] = worst <= plan.enough && quads.face_count <= fmax(share[c], QW_LEAST_SHELL);
-        if (chosen[c]) qw_keep_quads(env, &quads);
+        p->chosen[c] = worst <= plan.enough &&
+                       quads.face_count <= fmax(fmax(p->share[c] + 1, p->most[c] / 2), QW_LEAST_SHELL);
+        if (p->chosen[c]) qw_keep_quads(env, &quads);
         qw_scope_end(env);
-        for (uint32_t v = 0; v < quads.vertex_count && chosen[c]; v++) quads.component[v] = c;
-        if (chosen[c]) made[(*count)++] = quads;
+        for (uint32_t v = 0; v < quads.vertex_count && p->chosen[c]; v++) quads.component[v] = c;
+        if (p->chosen[c]) made[(*count)++] = quads;
     }
     return qw_join_quads(env, made, *count);
 }
@@ -143,22 +155,20 @@ void qw_set_core(qw_run_state *run)
     if (!qw_uses(env, is_least ? QW_MECH_SMALL_PARTS : QW_MECH_THIN_PARTS)) return;
     uint32_t n = (uint32_t)run->clean_census.components, count = 0;
     if (is_least && n < LEAST_APART) return;
-    const double *share;
-    uint8_t *chosen = QW_NEW(env, uint8_t, n);
+    choice p = {.chosen = QW_NEW(env, uint8_t, n)};
     qw_scope_begin(env);
-    if (is_least) find_least(env, run, &share, chosen);
-    else find_thin(env, run, &share, chosen);
-    qw_quadmesh quads = {0};
-    if (memchr(chosen, 0, n)) quads = make_chosen(env, run, share, is_least, chosen, &count);
+    if (is_least) find_least(env, run, &p);
+    else find_thin(env, run, &p);
+    qw_quadmesh quads = make_chosen(env, run, &p, is_least, &count);
     if (count > 0 && !(is_least && count < LEAST_APART)) {
         qw_keep_quads(env, &quads);
         qw_scope_end(env);
-        set_small_aside(run, chosen, quads);
+        set_small_aside(run, p.chosen, quads);
         qw_did(env, is_least ? QW_MECH_SMALL_PARTS : QW_MECH_THIN_PARTS, count);
     } else {
         qw_scope_end(env);
     }
-    qw_free(env, chosen);
+    qw_free(env, p.chosen);
 }
 
 double qw_faces_without_small(const qw_run_state *run, double faces)

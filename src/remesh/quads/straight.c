@@ -7,6 +7,7 @@
 #include "geometry/tri_edit.h"
 #include "remesh/quads/pair.h"
 #include "remesh/quads/quad_components.h"
+#include "remesh/quads/rod.h"
 #include "remesh/quads/simplify.h"
 #include "remesh/working/working.h"
 
@@ -270,6 +271,10 @@ qw_quadmesh qw_make_straight(qw_env *env, const qw_trimesh *part, const qw_strai
     for (int i = 0; plan->is_least && i < LEAST_VARIANTS && (i & 1 || !is_done); i++) {
         qw_quadmesh least = make_least(&m, i);
         is_done |= offer(&m, &b, &least);
+    }
+    if (!plan->is_least && m.census.boundary_loops == 0 && m.census.euler == 2) {
+        qw_quadmesh rod = qw_make_rod(env, part, m.tree, plan->quads);
+        is_done = offer(&m, &b, &rod);
     }
     for (int try = 0; !plan->is_least && try < plan->tries && !is_done; try++) {
         double quads = COUNTS[try].times * plan->quads + COUNTS[try].more;

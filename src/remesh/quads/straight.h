@@ -3,6 +3,7 @@
  *
  * - The fewest quads that there can be: one for a disc, its corners on the boundary; the six of a box for a sphere. The
  *   time is proportional to the triangles.
+ * - Of a sphere that is a rod, wire or spring: rings (rod.h).
  * - Pairs: remeshed with twice as many triangles as quads, paired (remesh/quads/pair.h), thinned out.
  *
  * All variants have one judge: the topology of the component, and no flipped quad.

@@ -184,9 +184,11 @@ qw_part *qw_list_parts(qw_env *env, const qw_trimesh *s, const qw_census *census
            *extent = extents(env, s, census);
     for (int64_t c = 0; c < census->components; c++) {
         part[c].least = loops[c] > 0 ? LEAST_QUADS_OPEN : LEAST_QUADS_CLOSED;
-        part[c].is_ball = loops[c] == 0 && twice_euler[c] == 4;
-        part[c].bare = part[c].is_ball ? QW_LEAST_SHELL : part[c].least; /* fields lose handles and holes sooner */
-        part[c].bend = bend ? bend[c] : 0, part[c].extent = extent[c];   /* in the centred frame */
+        part[c].is_closed = loops[c] == 0;
+        part[c].bare = part[c].is_closed && twice_euler[c] == 4
+                           ? QW_LEAST_SHELL
+                           : part[c].least;                            /* fields lose handles and holes sooner */
+        part[c].bend = bend ? bend[c] : 0, part[c].extent = extent[c]; /* in the centred frame */
     }
     for (uint32_t f = 0; f < s->face_count; f++)
         part[census->component[f]].area += 0.5 * qw_length(qw_face_cross(s, f));

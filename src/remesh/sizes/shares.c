@@ -81,7 +81,8 @@ void qw_share_quads(const qw_part *part, uint32_t count, double quads, double *s
     double bow = bow_of(&all, BY_BOW * quads), by_bow = 0;
     for (uint32_t i = 0; i < count; i++) {
         double seen = fmin(part[i].extent / SEEN, 1);
-        by_bow += share[i] = quads_for_bow(&all, i, bow) * seen * seen;
+        double most = part[i].area / (BY_BOW * NO_BOW * all.edge * all.edge);
+        by_bow += share[i] = fmin(quads_for_bow(&all, i, bow) * seen * seen, most);
     }
     for (uint32_t i = 0; i < count; i++) share[i] += (quads - by_bow) * part[i].area / area;
     raise_to_least(part, count, quads, share);

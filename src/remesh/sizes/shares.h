@@ -10,7 +10,7 @@ typedef struct qw_part {
     double extent;     /* diagonal of its box, in diagonals of the whole */
     /* quads: with which it looks like something, and without which it does not exist */
     double least, bare;
-    bool is_ball; /* closed and without handles */
+    bool is_closed; /* without a boundary */
 } qw_part;
 
 /* Sets share, double[count], in quads, of which there are so many in all. */
