@@ -8,8 +8,9 @@
 
 #include <math.h>
 
-/* Where all of a movement changes within so many radii of a limb, its directions count in full, and where within twice as
-   many, not at all. A limb's radius is told by how far it bends within an edge, which is known down to LEAST_BEND. */
+/* Where all of a movement changes within so many radii of a limb, its directions count in full, and where within twice
+   as many, not at all. A limb's radius is told by how far it bends within an edge, which is known down to LEAST_BEND.
+ */
 static const float MOTION_RADII = 1, LEAST_BEND = 0.12f;
 
 static bool is_asked(const qw_run_state *run)
@@ -26,7 +27,8 @@ static void add_motion(const qw_run_state *run, qw_vec3 *asked)
         float bend = fmaxf(run->alignment ? qw_length(run->alignment[v]) : 0, LEAST_BEND),
               share = MOTION_RADII * (float)run->rho * qw_length(change[v]) / bend;
         if (qw_length2(asked[v]) == 0)
-            asked[v] = qw_scale(qw_normalize(change[v]), fminf(fmaxf(2 * share - 1, 0), 1) * (float)run->options.follow_motion);
+            asked[v] = qw_scale(qw_normalize(change[v]),
+                                fminf(fmaxf(2 * share - 1, 0), 1) * (float)run->options.follow_motion);
     }
     qw_free(run->env, change);
 }
