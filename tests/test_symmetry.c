@@ -218,15 +218,20 @@ static void any_plane(void **state)
     shape_free(&s);
 }
 
+static void bump_one_side(shape *s)
+{
+    for (uint32_t v = 0; v < s->vertex_count; v++) {
+        double *p = s->position + 3 * (size_t)v, x = p[0] + 0.9, d = x * x + p[1] * p[1] + p[2] * p[2];
+        p[0] -= 0.06 * exp(-8 * d);
+    }
+}
+
 /* A bump on one side: about as symmetric as a scan. Each side goes to its own surface. */
 static void each_side_follows_its_own(void **state)
 {
     (void)state;
     shape s = body(0);
-    for (uint32_t v = 0; v < s.vertex_count; v++) {
-        double *p = s.position + 3 * (size_t)v, x = p[0] + 0.9, d = x * x + p[1] * p[1] + p[2] * p[2];
-        p[0] -= 0.06 * exp(-8 * d);
-    }
+    bump_one_side(&s);
     double mean[2];
     for (int follow = 0; follow < 2; follow++) {
         qw_options o = asking(1000, follow ? QW_SYMMETRY_AUTO : QW_SYMMETRY_X); /* x: exactly alike */
@@ -266,6 +271,32 @@ static double distance_without(const shape *s, int64_t faces)
     double distance = distance_of(result, s);
     qw_result_destroy(result);
     return distance;
+}
+
+/* The same with two balls, of which the file has one before the body and one after it: the body is the second component
+   of one side and the first of the other, and its quads there are as wide as the body's, not as a ball's. */
+static void components_come_in_another_order(void **state)
+{
+    (void)state;
+    shape all = {0};
+    for (int i = -1; i < 2; i++) {
+        shape part = i == 0 ? body(0) : shape_sphere(24);
+        if (i == 0) bump_one_side(&part);
+        for (size_t v = 0; i != 0 && v < part.vertex_count; v++) {
+            double *p = part.position + 3 * v;
+            p[0] = 0.6 * p[0] - 0.62 * i, p[1] = 0.6 * p[1] + 2.5, p[2] = 0.6 * p[2] + 0.3;
+        }
+        all = join(all, &part);
+        shape_free(&part);
+    }
+    qw_options o = asking(1000, QW_SYMMETRY_AUTO);
+    qw_result *result = run_of(&all, &o);
+    expect_promise(result, 1000);
+    assert_int_equal(qw_result_report(result)->symmetric, 1);
+    double ratio = distance_of(result, &all) / distance_without(&all, 1000);
+    print_message("distance over that without a plane: %g\n", ratio);
+    assert_true(ratio < 1.1);
+    qw_result_destroy(result), shape_free(&all);
 }
 
 /* A knob on one side only: a result that is to be symmetric cannot have it on that side alone, and the report says so;
@@ -1037,6 +1068,7 @@ QW_TEST_SUITE(symmetry)
         cmocka_unit_test(boundaries_stay_open),
         cmocka_unit_test(any_plane),
         cmocka_unit_test(each_side_follows_its_own),
+        cmocka_unit_test(components_come_in_another_order),
         cmocka_unit_test(one_sided_detail_is_named),
         cmocka_unit_test(auto_leaves_others_alone),
         cmocka_unit_test(runs_go_on),

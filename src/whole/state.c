@@ -37,7 +37,7 @@ void qw_build_tree(qw_run_state *run)
 qw_trimesh qw_parted_working(const qw_run_state *run)
 {
     qw_trimesh mesh = run->working.mesh;
-    if (run->surface_census.components == 1) return mesh;
+    if (run->surface_census.components == 1 || mesh.component) return mesh;
     uint32_t *component = QW_NEW(run->env, uint32_t, mesh.face_count);
     qw_label_components(run->env, 3, mesh.twin, mesh.face_count, component);
     mesh.component = component;

@@ -13,8 +13,8 @@
 static const double SHARP = 0.1;
 /* The edges of so many quads tell sharp edges from noise, whatever count is asked for. */
 static const double QUADS = 1000;
-/* A tip, or a corner of a boundary, lies on the plane if it is no farther from it, in diagonals. */
-static const double ON_PLANE = 0.01;
+/* A tip, or a corner of a boundary, lies on the plane if it is no farther from it, in edges of those quads. */
+static const double ON_PLANE = 0.25;
 
 /* A sharp edge runs along the plane where its ends' heights differ by less than this share of it, and half of what is
    narrow has no room for quads where it is no farther than this share of an edge from the plane. */
@@ -45,7 +45,8 @@ static corners count_corners(const qw_run_state *run, const qw_trimesh *m, float
         double p[3];
         if (kind[v] != QW_VERTEX_CORNER) continue;
         qw_place_in_input(&run->whole.clean, m->position[v], p);
-        count.all++, count.on += fabs(qw_plane_height(plane, p)) * run->whole.clean.frame.scale < ON_PLANE;
+        count.all++,
+            count.on += fabs(qw_plane_height(plane, p)) * run->whole.clean.frame.scale < ON_PLANE * (double)edge;
     }
     return count;
 }
@@ -116,7 +117,7 @@ bool qw_suits_cut(const qw_run_state *run, const qw_mirror_plane *plane)
     if (is_sharp && is_easy) is_easy = run->whole.clean.wrapped == 0 && !is_plain(run, &surface, edge, plane);
     if (is_easy && run->options.sharp_angle < 0) {
         qw_find_points(env, &surface, edge);
-        if (is_sharp) surface.mark = NULL; /* where sharp edges meet on the plane nothing is lost */
+        surface.mark = NULL; /* where sharp edges meet on the plane nothing is lost */
         is_easy = count_corners(run, &surface, edge, plane).on == 0 &&
                   (is_sharp || !qw_sharpen(env, &surface, &run->whole.census, edge));
     }

@@ -76,7 +76,7 @@ static bool prepare_surface(other_side *o)
 /* ---- the quads */
 
 /* The component of the surface that each of the quads' lies on: that of most of its vertices (Boyer and Moore). Holds
-   those of components that lie on none. */
+   those of components that lie on none. Numbers the working mesh's as the surface's. */
 static void find_components(other_side *o, const uint32_t *component)
 {
     qw_quadmesh *q = &o->quads;
@@ -101,6 +101,11 @@ static void find_components(other_side *o, const uint32_t *component)
         q->component[v] = c == QW_NONE ? 0 : c;
         if (c == QW_NONE) o->held[v] = 1;
     }
+    if (count == 1 && o->side.surface_census.components == 1) return;
+    uint32_t *of_working = qw_clean_components_of_working(o->run);
+    for (uint32_t f = 0; f < o->run->working.mesh.face_count; f++) of_working[f] = leader[of_working[f]];
+    o->side.working.mesh.component = of_working;
+    o->side.working_tree = qw_bvh_build(env, &o->side.working.mesh);
 }
 
 static void take_quads(other_side *o, const qw_quadmesh *quads, const uint8_t *sewn)
