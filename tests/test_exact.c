@@ -198,6 +198,34 @@ static double unevenness_of_circle(const qw_mesh_view *m, double x, double z, do
     return most - least;
 }
 
+/* Of deep holes in a block of few quads, where the sizes asked for have no even circles that do not touch. */
+static void circles_are_even_at_other_sizes(void **state)
+{
+    (void)state;
+    const double hole[3][3] = {{2.2, 0.8, 0.25}, {1, 1.2, 0.38}, {1.8, 1.3, 0.1}};
+    qw_mesh *mesh;
+    qw_result *result;
+    qw_options o;
+    qw_options_init(&o);
+    o.faces = 200, o.threads = 2, o.sharp_angle = 30, o.adaptive = 0, o.loops = 1, o.evenness = 0.25, o.around = 12,
+    o.rings = 0;
+    assert_int_equal(qw_load(QW_TEST_DATA "/regress/odd_circles.obj", NULL, &mesh), QW_OK);
+    qw_mesh_view view = qw_mesh_get(mesh);
+    assert_int_equal(qw_remesh(&view, &o, NULL, &result), QW_OK);
+    qw_mesh_view m = qw_result_mesh(result);
+    for (int i = 0; i < 6; i++) {
+        const double *c = hole[i / 2], height = i % 2 ? 2.1 : 0;
+        uint32_t edges = 0;
+        for (uint32_t v = 0; v < m.vertex_count; v++) {
+            const double *at = m.positions + 3 * (size_t)v;
+            edges += fabs(hypot(at[0] - c[0], at[1] - c[1]) / c[2] - 1) < 0.02 && fabs(at[2] - height) < 1e-3;
+        }
+        assert_true(edges >= 4 && edges % 2 == 0);
+    }
+    qw_result_destroy(result);
+    qw_mesh_destroy(mesh);
+}
+
 /* A hole that the file has as a polygon of twelve is a circle with equal edges: its corners are none. */
 static void circles_of_few_edges_are_even(void **state)
 {
@@ -407,6 +435,7 @@ QW_TEST_SUITE(exact)
         cmocka_unit_test(round_parts),
         cmocka_unit_test(rows_are_even),
         cmocka_unit_test(circles_are_even),
+        cmocka_unit_test(circles_are_even_at_other_sizes),
         cmocka_unit_test(circles_of_few_edges_are_even),
         cmocka_unit_test(circles_get_edges_around),
         cmocka_unit_test(other_shapes_stay),

@@ -75,7 +75,7 @@ void qw_search_part_curves(qw_env *env, qw_search *s)
 }
 
 /* Makes the closed curves of component p an even number of quads long, within the bounds of the count: at its size and,
-   as long as some are odd, at smaller ones. */
+   as long as some are odd, at sizes beside it, where curves that touch are parted first. */
 static void make_even(qw_env *env, qw_search *s, uint32_t p, double *work)
 {
     const qw_component *component = &s->components->component[p];
@@ -85,11 +85,13 @@ static void make_even(qw_env *env, qw_search *s, uint32_t p, double *work)
     for (uint32_t i = 0; i < PARTING_SIZES && i * s->edges < PARTING_EDGES && least > 0 && (i == 0 || *work > 0); i++) {
         qw_scope_begin(env);
         qw_trial t = qw_search_copy_kept(env, s, p);
-        if (i == 0 || make_at(env, s, &t, p, scale * (1 - PARTING_STEP * i))) {
+        double by = PARTING_STEP * (double)((i + 1) / 2) * (i % 2 ? -1 : 1);
+        if (i == 0 || make_at(env, s, &t, p, scale * (1 + by))) {
             qw_complex c = component->decimated.complex;
             c.d = t.d, c.real = QW_NEW(env, qw_real2, c.edge_count);
             qw_trial_aim(&component->decimated.complex, &t, c.real);
             double rest = s->sum.area - s->kept[p].area + t.area - qw_complex_area(&c);
+            if (i > 0) qw_part_curves(env, component, c.real, t.d, work);
             uint32_t odd = qw_make_curves_even(env, component, &c, quads - bound - rest, quads + bound - rest, work);
             qw_search_judge(s, &t);
             qw_search_total sum = qw_search_exchange(s->sum, &s->kept[p], &t);
