@@ -1,5 +1,6 @@
 /* Charts, flattening and packing: whatever the shape, no two points of the surface lie at one place of the texture, by
  * a second and slower way of telling, and charts keep their distance. */
+#include "geometry/trimesh.h"
 #include "products/atlas/atlas.h"
 #include "products/atlas/blocks.h"
 #include "products/atlas/charts.h"
@@ -262,6 +263,31 @@ static void one_outline_only(void **state)
     (void)state;
     job j = {0};
     protect(flap_over_slit, &j);
+}
+
+/* A sheet with a line of marked edges across: sharp edges stay seams, rings do not. */
+static void unwrap_marked(void *user)
+{
+    job *j = user;
+    qw_mesh_view view = quad_shape_view(&j->shape);
+    uint8_t *mark = QW_NEW_ZERO(j->env, uint8_t, 4 * (size_t)j->shape.face_count);
+    for (int ring = 0; ring < 2; ring++) {
+        for (uint32_t c = 0; c < 4 * j->shape.face_count; c++) {
+            const double *a = j->shape.position + 3 * (size_t)j->shape.corner[c],
+                         *b = j->shape.position + 3 * (size_t)j->shape.corner[c / 4 * 4 + (c + 1) % 4];
+            if (fabs(a[0] - 0.5) < 1e-9 && fabs(b[0] - 0.5) < 1e-9) mark[c] = ring ? QW_MARKS : QW_MARK_FEATURE;
+        }
+        qw_atlas_mesh mesh = qw_atlas_mesh_of(j->env, &view, mark, 4 * j->shape.face_count, NULL);
+        const qw_atlas_options options = {.most_stretch = 1.15, .pack = {.texels = 512, .margin = 4, .tiles = 1}};
+        assert_int_equal(qw_make_atlas(j->env, &mesh, &options).charts, ring ? 1 : 2);
+    }
+}
+static void rings_are_no_seams(void **state)
+{
+    (void)state;
+    job j = {.shape = quad_sheet(16, 16, 0, 0, 0)};
+    protect(unwrap_marked, &j);
+    quad_shape_free(&j.shape);
 }
 
 static void unwrap_mirrored(void *user)
@@ -636,6 +662,7 @@ QW_TEST_SUITE(atlas)
         cmocka_unit_test(moebius_strip),
         cmocka_unit_test(slivers),
         cmocka_unit_test(holes_need_no_seams),
+        cmocka_unit_test(rings_are_no_seams),
         cmocka_unit_test(mirrored_seams),
         cmocka_unit_test(one_outline_only),
         cmocka_unit_test(seams_in_grooves),

@@ -1,5 +1,6 @@
 /* Maps: pictures to and from PNG, what is baked where it can be told otherwise, whole assets, and hostile inputs. */
 #include "products/bake/maps.h"
+#include "products/attributes/corner_normals.h"
 #include "products/bake/shading.h"
 #include "faults.h"
 #include "io/pictures/deflate.h"
@@ -410,6 +411,33 @@ static void normals_of_a_sphere(void **state)
 {
     (void)state;
     protect(bake_cap);
+}
+
+/* ---- shading normals */
+
+/* Two quads that meet at a right angle: a sharp edge has a normal on either side, a ring one. */
+static void shade_fold(void *user)
+{
+    job *j = user;
+    static const qw_vec3 place[6] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {0, 1, 1}, {1, 1, 1}};
+    static const uint32_t corner[8] = {0, 1, 3, 2, 2, 3, 5, 4};
+    qw_vec3 position[6];
+    uint32_t corners[8], twin[8];
+    memcpy(position, place, sizeof place), memcpy(corners, corner, sizeof corner);
+    memset(twin, 0xff, sizeof twin), twin[2] = 4, twin[4] = 2;
+    for (int ring = 0; ring < 2; ring++) {
+        uint8_t mark[8] = {[2] = ring ? QW_MARKS : QW_MARK_FEATURE, [4] = ring ? QW_MARKS : QW_MARK_FEATURE};
+        const qw_quadmesh quads = {
+            .vertex_count = 6, .face_count = 2, .position = position, .corner = corners, .twin = twin, .mark = mark};
+        const float *n = qw_shading_normals(j->env, &quads, true), *a = n + 3 * 3, *b = n + 3 * 4;
+        float cosine = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        assert_float_equal(cosine, ring ? 1 : 0, 1e-6);
+    }
+}
+static void rings_are_smooth(void **state)
+{
+    (void)state;
+    protect(shade_fold);
 }
 
 /* ---- shading normals of an input without any */
@@ -948,17 +976,29 @@ static void alphas_apart(void **state)
 QW_TEST_SUITE(bake)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(hostile_materials),   cmocka_unit_test(unused_pictures),
-        cmocka_unit_test(numbers_of_mtl),      cmocka_unit_test(extensions_of_materials),
-        cmocka_unit_test(statements_of_mtl),   cmocka_unit_test(alphas_as_drawn),
-        cmocka_unit_test(png_comes_back),      cmocka_unit_test(hostile_pictures_are_refused),
-        cmocka_unit_test(bombs_are_refused),   cmocka_unit_test(other_pictures),
-        cmocka_unit_test(webp_is_read),        cmocka_unit_test(hostile_webp_is_refused),
-        cmocka_unit_test(normals_of_a_sphere), cmocka_unit_test(tips_face_up),
-        cmocka_unit_test(constant_color),      cmocka_unit_test(charts_at_any_scale),
-        cmocka_unit_test(maps_at_any_scale),   cmocka_unit_test(failures_leave_nothing),
-        cmocka_unit_test(progress_is_told),    cmocka_unit_test(same_bytes),
-        cmocka_unit_test(calls_out_of_place),  cmocka_unit_test(from_obj_to_files),
+        cmocka_unit_test(hostile_materials),
+        cmocka_unit_test(unused_pictures),
+        cmocka_unit_test(numbers_of_mtl),
+        cmocka_unit_test(extensions_of_materials),
+        cmocka_unit_test(statements_of_mtl),
+        cmocka_unit_test(alphas_as_drawn),
+        cmocka_unit_test(png_comes_back),
+        cmocka_unit_test(hostile_pictures_are_refused),
+        cmocka_unit_test(bombs_are_refused),
+        cmocka_unit_test(other_pictures),
+        cmocka_unit_test(webp_is_read),
+        cmocka_unit_test(hostile_webp_is_refused),
+        cmocka_unit_test(normals_of_a_sphere),
+        cmocka_unit_test(tips_face_up),
+        cmocka_unit_test(rings_are_smooth),
+        cmocka_unit_test(constant_color),
+        cmocka_unit_test(charts_at_any_scale),
+        cmocka_unit_test(maps_at_any_scale),
+        cmocka_unit_test(failures_leave_nothing),
+        cmocka_unit_test(progress_is_told),
+        cmocka_unit_test(same_bytes),
+        cmocka_unit_test(calls_out_of_place),
+        cmocka_unit_test(from_obj_to_files),
         cmocka_unit_test(alphas_apart),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -20,6 +20,8 @@ enum qw_mark_flag {
     QW_MARK_RING = 2, /* beside QW_MARK_FEATURE: of the curve of a nest (remesh/sizes/nests.h), which has no corners */
     QW_MARKS = QW_MARK_FEATURE | QW_MARK_RING
 };
+/* Whether an edge with these bits may be sharp: rings lie on smooth surfaces. */
+static inline bool qw_is_hard(uint8_t mark) { return (mark & QW_MARKS) == QW_MARK_FEATURE; }
 
 /* Feature constraint of a vertex. A curve is a chain of marked or boundary edges (geometry/corners.h). */
 typedef enum qw_vertex_kind {

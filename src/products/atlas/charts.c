@@ -8,13 +8,15 @@
 enum {
     FIRST_STEPS = 6,  /* of a patch by itself, from the circle */
     LOWER_STEPS = 40, /* where those leave inverted triangles, and at the end */
-    LEVELS = 7        /* of what room around charts is worth */
+    LEVELS = 8,       /* of what room around charts is worth */
+    MOST_LOOKS = 300  /* at a chart, to see how all pack: then no more are joined, or shared out */
 };
 /* Of a chart, in roots of the surface's area: what a square has that is filled to 0.7. */
 static const double MOST_LENGTH = 1.2;
-static const double MOST_OF_ONE = 3;    /* a triangle may be stretched so much more than the mean of its chart */
-static const double MOST_OF_CRUMBS = 8; /* the same where a crumb is joined to a chart */
-static const double FIRST_WASTE = 32;   /* of the levels: each next one has half of that */
+static const double MOST_OF_ONE = 3;     /* a triangle may be stretched so much more than the mean of its chart */
+static const double MOST_OF_CRUMBS = 8;  /* the same where a crumb is joined to a chart */
+static const double FIRST_WASTE = 32;    /* of the levels: each next one has half of that, the last none */
+static const double MOST_SHARED = 0.125; /* of the faces, in a chart that is shared out */
 static const double STUB = 1e-3; /* radius of faces that are laid as regular polygons, in roots of the surface's area */
 
 typedef qw_joiner maker;
@@ -113,6 +115,15 @@ static void fetch_uv(const maker *k, qw_flat *t)
     for (uint32_t i = 0; i < t->corner_count; i++) memcpy(t->at[t->vertex[i]], k->made.uv[t->place[i]], sizeof *t->at);
 }
 
+/* So that its rows run along the axes. */
+static void turn_chart(maker *k, const qw_chart *c)
+{
+    qw_scope_begin(k->env);
+    qw_flat t = qw_flat_of(k->env, k->m, c->face, c->count, k->local);
+    fetch_uv(k, &t), qw_flat_scale(&t), qw_flat_turn(&t), keep_uv(k, &t);
+    qw_scope_end(k->env);
+}
+
 /* Lowers the energy of a chart, then lays rows of its border along the axes: all that nearly are, or where the chart
    becomes unfair by that, those that are nearer, or none. What covered a point twice before becomes a stub. */
 static void finish_chart(maker *k, qw_chart *c)
@@ -158,120 +169,166 @@ static double face_area(const qw_atlas_mesh *m, uint32_t f)
 typedef struct state {
     double (*uv)[2]; /* double[corner_count][2] */
     uint8_t *seam;   /* uint8_t[corner_count] */
-    uint8_t *stub;   /* uint8_t[face_count]: 1 where a face is one */
-    double waste;    /* what its charts were joined with */
-    uint32_t joins;  /* that were made with it, each with its opposite */
-    bool is_finished;
 } state;
 
 static void keep_state(const maker *k, state *s)
 {
     size_t n = k->m->corner_count;
     memcpy(s->uv, k->made.uv, n * sizeof *s->uv), memcpy(s->seam, k->m->seam, n);
-    for (uint32_t a = 0; a < k->made.count; a++)
-        if (k->made.chart[a].count > 0) s->stub[k->made.chart[a].face[0]] = k->made.chart[a].is_stub;
 }
 
 static void add_state(const maker *k, state *s)
 {
     size_t n = k->m->corner_count;
     *s = (state){.uv = qw_alloc(k->env, n, sizeof *s->uv), .seam = QW_NEW(k->env, uint8_t, n)};
-    s->stub = QW_NEW_ZERO(k->env, uint8_t, k->m->face_count);
     keep_state(k, s);
 }
 
-/* Joins what is worth it, so many at most; false: nothing. */
-static bool join_more(maker *k, double waste, uint32_t most, state *s)
+/* Joins what is worth it; false: nothing. */
+static bool join_more(maker *k, double waste, state *s)
 {
     uint32_t before = k->made.joins;
-    k->bounds.waste = waste, k->joins_left = most;
+    k->bounds.waste = waste;
     qw_join_charts(k);
     if (k->made.joins == before) return false;
     add_state(k, s);
-    s->waste = waste, s->joins = most - k->joins_left;
     return true;
 }
 
-/* Its charts, finished. */
-static void go_back(maker *k, state *s)
+static void go_back(maker *k, const state *s)
 {
     size_t n = k->m->corner_count;
     memcpy(k->made.uv, s->uv, n * sizeof *s->uv), memcpy(k->m->seam, s->seam, n);
     qw_free(k->env, k->made.chart);
     take_charts(k);
-    for (uint32_t a = 0; a < k->made.count; a++) {
-        qw_chart *c = &k->made.chart[a];
-        if (s->is_finished) c->is_stub = c->count == 1 && s->stub[c->face[0]];
-        else finish_chart(k, c);
-    }
-    if (!s->is_finished) keep_state(k, s);
-    s->is_finished = true;
 }
 
-/* Of the charts that were found to pack well those that are fewest. */
+/* Who says whether charts pack well. */
 typedef struct choice {
-    maker *k;
     qw_chart_judge *judge;
     void *user;
-    state best;
 } choice;
 
-/* Whether they pack well. */
-static bool try_charts(choice *c, state *s)
+static bool packs_well(maker *k)
 {
-    go_back(c->k, s);
-    if (!c->judge(c->user, &c->k->made)) return false;
-    c->best = *s;
-    return true;
+    const choice *c = k->user;
+    qw_charts_made some = {.uv = k->made.uv};
+    some.chart = qw_alloc(k->env, k->made.count, sizeof *some.chart);
+    for (uint32_t a = 0; a < k->made.count; a++)
+        if (k->made.chart[a].count > 0) some.chart[some.count++] = k->made.chart[a];
+    bool good = c->judge(c->user, &some);
+    k->looks_left -= some.count;
+    qw_free(k->env, some.chart);
+    return good;
 }
 
-/* From charts that pack well to those of the next level, which do not: as many of the joins between as still do.
-   Bisection over their number. */
-static void join_some(choice *c, const state *next)
+static void go_back_turned(maker *k, const state *s)
 {
-    enum { STEPS = 3 };
-    uint32_t low = 0, high = next->joins;
-    for (int step = 0; step < STEPS && high - low > 1; step++) {
-        state some;
-        uint32_t middle = (low + high) / 2;
-        go_back(c->k, &c->best);
-        if (!join_more(c->k, next->waste, middle - low, &some)) return;
-        if (try_charts(c, &some)) low = middle;
-        else high = middle;
+    go_back(k, s);
+    for (uint32_t a = 0; a < k->made.count; a++) turn_chart(k, &k->made.chart[a]);
+}
+
+/* Whether all charts pack well with one that has been joined, and its opposite. */
+static bool try_join(maker *k, uint32_t a, uint32_t b)
+{
+    turn_chart(k, &k->made.chart[a]);
+    if (b != a) turn_chart(k, &k->made.chart[b]);
+    return packs_well(k);
+}
+
+/* Lays the patches of a chart apart again. mark: uint8_t[face_count]. */
+static void loosen(maker *k, const state *patches, uint32_t a, uint8_t *mark)
+{
+    const qw_chart *c = &k->made.chart[a];
+    for (uint32_t i = 0; i < c->count; i++) {
+        mark[c->face[i]] = 1;
+        for (uint32_t e = k->m->begin[c->face[i]]; e < k->m->begin[c->face[i] + 1]; e++) {
+            k->m->seam[e] |= patches->seam[e];
+            memcpy(k->made.uv[e], patches->uv[e], sizeof *patches->uv);
+        }
     }
 }
 
-/* Joins what is left of crumbs to their neighbours. */
-static void join_crumbs(maker *k)
+/* Shares out the patches of a chart, and of its opposite, among their neighbours: all of them, or none. */
+static void share_out(maker *k, uint32_t a, const state *patches, state *kept, uint8_t *mark)
 {
-    state s;
-    k->bounds.only_crumbs = true, k->bounds.most_of_one = MOST_OF_CRUMBS;
-    if (join_more(k, 0, UINT32_MAX, &s)) go_back(k, &s);
+    uint32_t b = k->mirror ? qw_chart_opposite(k, a) : QW_NONE;
+    bool is_shared = true;
+    keep_state(k, kept);
+    memset(mark, 0, k->m->face_count);
+    loosen(k, patches, a, mark);
+    if (b != QW_NONE && b != a) loosen(k, patches, b, mark);
+    qw_free(k->env, k->made.chart);
+    take_charts(k);
+    for (uint32_t i = 0; i < k->made.count; i++) k->made.chart[i].is_loose = mark[k->made.chart[i].face[0]];
+    k->bounds.only_loose = true;
+    qw_join_charts(k);
+    k->bounds.only_loose = false;
+    for (uint32_t i = 0; i < k->made.count; i++) is_shared &= k->made.chart[i].count == 0 || !k->made.chart[i].is_loose;
+    for (uint32_t i = 0; i < k->made.count && is_shared; i++)
+        if (k->made.chart[i].count > 0 && k->made.chart[i].stamp > 0) turn_chart(k, &k->made.chart[i]);
+    if (!is_shared || !packs_well(k)) go_back(k, kept);
 }
 
-/* Joins at every level, and takes the last whose charts pack well, else the first. */
+/* The smallest chart above a size; QW_NONE: none. */
+static uint32_t next_larger(const maker *k, uint32_t size)
+{
+    uint32_t found = QW_NONE;
+    for (uint32_t a = 0; a < k->made.count; a++) {
+        uint32_t count = k->made.chart[a].count;
+        if (count > size && (found == QW_NONE || count < k->made.chart[found].count)) found = a;
+    }
+    return found;
+}
+
+/* Shares out small charts where all still pack well: the smallest first. */
+static void share_out_small(maker *k, const state *patches)
+{
+    uint8_t *mark = QW_NEW(k->env, uint8_t, k->m->face_count);
+    state kept;
+    add_state(k, &kept);
+    k->looks_left = MOST_LOOKS;
+    for (uint32_t size = 0, a; k->looks_left > 0 && (a = next_larger(k, size)) != QW_NONE;) {
+        size = k->made.chart[a].count;
+        if (size > MOST_SHARED * k->m->face_count) break;
+        share_out(k, a, patches, &kept, mark);
+    }
+}
+
+/* Joins at every level, goes back to the last whose charts pack well, else the first, and joins on as long as they do;
+   then crumbs to their neighbours. */
 static void join_at_levels(maker *k, qw_chart_judge *judge, void *user)
 {
     state all[LEVELS + 1];
-    choice c = {.k = k, .judge = judge, .user = user};
+    choice c = {judge, user};
     uint32_t count = 1, low = 0, high;
+    k->user = &c;
     add_state(k, &all[0]);
     double waste = FIRST_WASTE;
     for (uint32_t level = 0; level < (judge ? LEVELS : 1); level++, waste /= 2) {
-        count += join_more(k, waste, UINT32_MAX, &all[count]);
+        count += join_more(k, level + 1 < LEVELS ? waste : 0, &all[count]);
         qw_progress_work(k->env, PATCHES_LAID + (CHARTS_JOINED - PATCHES_LAID) * (level + 1) / LEVELS);
     }
     if (count > 1) low = 1;
-    c.best = all[low];
     /* bisection: those that are larger pack less well, on the whole */
     for (high = count; judge && high - low > 1;) {
         uint32_t middle = (low + high) / 2;
-        if (try_charts(&c, &all[middle])) low = middle;
+        go_back_turned(k, &all[middle]);
+        if (packs_well(k)) low = middle;
         else high = middle;
     }
-    if (judge && low + 1 < count) join_some(&c, &all[low + 1]);
-    go_back(k, &c.best);
-    if (judge) join_crumbs(k);
+    go_back_turned(k, &all[low]);
+    if (judge) {
+        k->suits = try_join, k->looks_left = MOST_LOOKS;
+        qw_join_charts(k);
+        k->suits = NULL;
+        share_out_small(k, &all[0]);
+        k->bounds.only_crumbs = true, k->bounds.most_of_one = MOST_OF_CRUMBS;
+        qw_join_charts(k);
+    }
+    qw_free(k->env, k->made.chart);
+    take_charts(k);
+    for (uint32_t a = 0; a < k->made.count; a++) finish_chart(k, &k->made.chart[a]);
 }
 
 qw_charts_made qw_make_charts(qw_env *env, qw_atlas_mesh *mesh, double most_stretch, double longest,

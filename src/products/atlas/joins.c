@@ -172,7 +172,7 @@ static bool folds_sharply(const maker *k, const candidate *c, const path *p)
     const qw_chart *a = &k->made.chart[c->a], *b = &k->made.chart[c->b];
     bool small = (is_crumb(a) && a->box < SMALL_CRUMB * k->total) || (is_crumb(b) && b->box < SMALL_CRUMB * k->total);
     for (uint32_t i = 0; i < p->length && !small; i++)
-        if (k->m->wall[p->seam[i]]) return true;
+        if (k->m->wall[p->seam[i]] >= QW_WALL_SHARP) return true;
     return false;
 }
 
@@ -235,7 +235,7 @@ static void set_path(const maker *k, const path *p, uint8_t is_seam)
 /* ---- symmetric surfaces */
 
 /* The chart that lies opposite to one, face by face; QW_NONE: there is none. */
-static uint32_t chart_opposite(const maker *k, uint32_t a)
+uint32_t qw_chart_opposite(const maker *k, uint32_t a)
 {
     const qw_chart *c = &k->made.chart[a];
     uint32_t found = QW_NONE;
@@ -252,7 +252,7 @@ static uint32_t chart_opposite(const maker *k, uint32_t a)
 static bool has_opposite(const maker *k, const candidate *c)
 {
     if (!k->mirror) return false;
-    uint32_t a = chart_opposite(k, c->a), b = chart_opposite(k, c->b);
+    uint32_t a = qw_chart_opposite(k, c->a), b = qw_chart_opposite(k, c->b);
     if (a == QW_NONE || b == QW_NONE) return false;
     return !(a == c->a && b == c->b) && !(a == c->b && b == c->a);
 }
@@ -261,7 +261,8 @@ static bool has_opposite(const maker *k, const candidate *c)
    image. */
 static bool is_alike(const maker *k, const candidate *c, const path *p)
 {
-    if (!k->mirror || has_opposite(k, c) || chart_opposite(k, c->a) == QW_NONE || chart_opposite(k, c->b) == QW_NONE)
+    if (!k->mirror || has_opposite(k, c) || qw_chart_opposite(k, c->a) == QW_NONE ||
+        qw_chart_opposite(k, c->b) == QW_NONE)
         return true;
     for (uint32_t i = 0; i < p->length; i++) {
         uint32_t h = k->mirror[p->seam[i]], at = 0;
@@ -418,6 +419,7 @@ static void offer(maker *k, uint32_t a, uint32_t h, uint32_t length, double weig
     const qw_chart *ca = &k->made.chart[a], *cb = &k->made.chart[b];
     if (was_refused(k, a, b) || was_refused(k, b, a)) return;
     if (k->bounds.only_crumbs && !is_crumb(ca) && !is_crumb(cb)) return;
+    if (k->bounds.only_loose && ca->is_loose == cb->is_loose) return;
     candidate c = {.a = a, .b = b, .stamp_a = ca->stamp, .stamp_b = cb->stamp, .first = h, .length = length};
     c.key = weight / fmin(ca->perimeter, cb->perimeter);
     push(k, c);
@@ -484,15 +486,48 @@ static void join(maker *k, uint32_t a, uint32_t b)
     memcpy(to->face + to->count, from->face, from->count * sizeof *to->face);
     for (uint32_t i = 0; i < from->count; i++) k->chart_of[from->face[i]] = a;
     assert(to->into == a && from->into == b);
-    to->count += from->count, to->stamp++;
+    to->count += from->count, to->stamp++, to->is_loose = false;
     measure(k, to);
     from->into = a, from->count = 0, from->stamp++;
     for (uint32_t i = 0; i < from->refusals; i++) refuse(k, a, from->refused[i].chart, from->refused[i].faces);
     k->made.joins++;
 }
 
+/* A join and what its two charts were before. */
+typedef struct made_join {
+    candidate c;
+    path p;
+    uint32_t of_a, of_b;
+    double (*uv)[2];
+} made_join;
+
+static made_join begin_join(const maker *k, const candidate *c)
+{
+    const qw_chart *a = &k->made.chart[c->a], *b = &k->made.chart[c->b];
+    uint32_t corners = corners_of(k, a);
+    made_join j = {.c = *c, .of_a = a->count, .of_b = b->count};
+    j.uv = qw_alloc(k->env, corners + corners_of(k, b), sizeof *j.uv);
+    copy_uv(k, a, j.uv, true), copy_uv(k, b, j.uv + corners, true);
+    return j;
+}
+
+static void end_join(const maker *k, made_join *j) { qw_free(k->env, j->p.seam), qw_free(k->env, j->uv); }
+
+/* Takes a join back: the seams, the coordinates and what the two charts were. */
+static void part(maker *k, const made_join *j)
+{
+    qw_chart *a = &k->made.chart[j->c.a], *b = &k->made.chart[j->c.b];
+    copy_uv(k, a, j->uv, false);
+    for (uint32_t i = j->of_a; i < a->count; i++) k->chart_of[a->face[i]] = j->c.b;
+    set_path(k, &j->p, 1);
+    a->count = j->of_a, b->count = j->of_b, b->into = j->c.b;
+    a->stamp++, b->stamp++, k->made.joins--;
+    measure(k, a), measure(k, b);
+    offer_all(k, j->c.a), offer_all(k, j->c.b);
+}
+
 /* The same join on the other side. */
-static bool join_opposite(maker *k, const path *p)
+static bool join_opposite(maker *k, const path *p, made_join *j)
 {
     candidate c = {.a = QW_NONE};
     path other = {.seam = QW_NEW(k->env, uint32_t, p->length), .length = p->length};
@@ -505,42 +540,27 @@ static bool join_opposite(maker *k, const path *p)
         if (i == 0) c.a = a, c.b = b;
         good = c.a == a && c.b == b && a != b;
     }
-    if (good) align(k, other.seam, other.length, &other.of_b);
+    if (good) align(k, other.seam, other.length, &other.of_b), *j = begin_join(k, &c);
+    j->p = other;
     good = good && lay_together(k, &c, &other);
-    qw_free(k->env, other.seam);
     if (good) join(k, c.a, c.b), offer_all(k, c.a);
     return good;
 }
 
-/* Takes a join back: the seams, the coordinates and what the two charts were. */
-static void part(maker *k, const candidate *c, const path *p, uint32_t of_a, uint32_t of_b, const double (*uv)[2])
-{
-    qw_chart *a = &k->made.chart[c->a], *b = &k->made.chart[c->b];
-    copy_uv(k, a, (double(*)[2])uv, false);
-    for (uint32_t i = of_a; i < a->count; i++) k->chart_of[a->face[i]] = c->b;
-    set_path(k, p, 1);
-    a->count = of_a, b->count = of_b, b->into = c->b;
-    a->stamp++, b->stamp++, k->made.joins--;
-    measure(k, a), measure(k, b);
-    offer_all(k, c->a), offer_all(k, c->b);
-}
-
-/* Joins the charts of a candidate, and on a symmetric surface those that lie opposite too, or none. */
+/* Joins the charts of a candidate, and on a symmetric surface those that lie opposite too, or none; and none where
+   what they make is not wanted. */
 static bool make_join(maker *k, const candidate *c)
 {
-    qw_chart *a = &k->made.chart[c->a], *b = &k->made.chart[c->b];
-    uint32_t of_a = a->count, of_b = b->count, corners = corners_of(k, a);
-    path p;
-    bool is_twice = has_opposite(k, c);
-    double(*uv)[2] = qw_alloc(k->env, corners + corners_of(k, b), sizeof *uv);
-    copy_uv(k, a, uv, true), copy_uv(k, b, uv + corners, true);
-    bool good = lay_candidate(k, c, &p);
-    if (good) join(k, c->a, c->b);
-    if (good && is_twice) {
-        good = join_opposite(k, &p);
-        if (!good) part(k, c, &p, of_a, of_b, (const double(*)[2])uv);
+    made_join j = begin_join(k, c), other = {.uv = NULL};
+    bool is_twice = has_opposite(k, c), good = lay_candidate(k, c, &j.p);
+    if (good) {
+        join(k, c->a, c->b);
+        bool has_both = is_twice && join_opposite(k, &j.p, &other);
+        good = has_both == is_twice && (!k->suits || k->suits(k, c->a, has_both ? other.c.a : c->a));
+        if (!good && has_both) part(k, &other);
+        if (!good) part(k, &j);
     }
-    qw_free(k->env, p.seam), qw_free(k->env, uv);
+    end_join(k, &j), end_join(k, &other);
     return good;
 }
 
@@ -554,10 +574,10 @@ void qw_join_charts(maker *k)
     for (uint32_t a = 0; a < k->made.count; a++) offer_all(k, a); /* those that were joined have no faces left */
     while (k->held > 0) {
         candidate c = pop(k);
+        if (k->suits && k->looks_left <= 0) continue;
         if (k->made.chart[c.a].stamp != c.stamp_a || k->made.chart[c.b].stamp != c.stamp_b) continue;
-        if (k->joins_left == 0 || was_refused(k, c.a, c.b)) continue;
+        if (was_refused(k, c.a, c.b)) continue;
         if (make_join(k, &c)) {
-            k->joins_left--;
             offer_all(k, c.a);
             continue;
         }

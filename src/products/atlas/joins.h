@@ -18,8 +18,9 @@ typedef struct qw_chart {
     uint32_t into;              /* the chart that it was joined to; itself while it is one */
     struct qw_refusal *refused; /* qw_refusal[refusals] */
     uint32_t refusals;
-    size_t room;  /* for refusals */
-    bool is_stub; /* a face without an area of its own, laid as a regular polygon */
+    size_t room;   /* for refusals */
+    bool is_loose; /* what is left of a chart that is shared out among its neighbours */
+    bool is_stub;  /* a face without an area of its own, laid as a regular polygon */
 } qw_chart;
 
 typedef struct qw_charts_made {
@@ -35,6 +36,7 @@ typedef struct qw_join_bounds {
     double waste;     /* in roots of the surface's area, the seams that have to go for all of that area around charts */
     double longest;   /* side of the rectangle around a chart */
     bool only_crumbs; /* of two charts one has to be a crumb */
+    bool only_loose;  /* one has to be loose */
 } qw_join_bounds;
 
 typedef struct qw_join_candidate {
@@ -52,9 +54,12 @@ typedef struct qw_joiner {
     const double *weight;   /* may be NULL */
     const uint32_t *mirror; /* may be NULL */
     qw_join_bounds bounds;
-    double total;        /* area of the surface */
-    uint32_t joins_left; /* so many more are made */
-    bool lacks_worth;    /* the last candidate may be laid flat where room is worth less */
+    double total;     /* area of the surface */
+    bool lacks_worth; /* the last candidate may be laid flat where room is worth less */
+    /* whether what a join made, one chart or two that lie opposite, is wanted; NULL: all of it is */
+    bool (*suits)(struct qw_joiner *joiner, uint32_t a, uint32_t b);
+    void *user;         /* of that */
+    int64_t looks_left; /* it is asked until it has looked at so many charts */
     qw_join_candidate *heap;
     uint32_t held;
     size_t capacity;
@@ -68,6 +73,8 @@ double qw_seam_cost(const qw_joiner *joiner, uint32_t c);
 /* The chart's size along its rows, as it lies: double[2]. */
 void qw_chart_size(const qw_joiner *joiner, const qw_chart *chart, double size[2]);
 double qw_chart_perimeter(const qw_joiner *joiner, const qw_chart *chart);
+/* The chart that lies opposite to one, face by face; QW_NONE: there is none. */
+uint32_t qw_chart_opposite(const qw_joiner *joiner, uint32_t chart);
 /* Whether that is beyond the bound. */
 bool qw_is_too_long(const qw_joiner *joiner, const double size[2]);
 /* Whether a chart that was laid flat covers no point twice. */

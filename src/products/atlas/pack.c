@@ -16,13 +16,15 @@
 #include <string.h>
 
 enum {
-    SLOTS = 8,          /* orders that are tried at a time, at most */
-    ANY_TURN = 4,       /* of a piece: the quarter turn whose place is lowest */
-    COARSE_CELLS = 512, /* along a side, while orders are tried */
-    FINE_CELLS = 1024,  /* while pieces are pushed */
-    SETTLES = 12,       /* changes of the scale until something fits */
-    EFFORT = 20000,     /* pieces that are placed in orders that are tried */
-    MOST_BATCHES = 120  /* of orders that are tried */
+    SLOTS = 8,           /* orders that are tried at a time, at most */
+    ANY_TURN = 4,        /* of a piece: the quarter turn whose place is lowest */
+    CHART_CELLS = 100,   /* a chart, along its side, where a share is all that is asked for */
+    COARSE_CELLS = 512,  /* along a side, while orders are tried */
+    FINE_CELLS = 1024,   /* while pieces are pushed */
+    SETTLES = 12,        /* changes of the scale until something fits */
+    EFFORT = 20000,      /* pieces that are placed in orders that are tried */
+    ROUGH_EFFORT = 1500, /* where a share is all that is asked for */
+    MOST_BATCHES = 120   /* of orders that are tried */
 };
 static const double PACKING = 0.65;     /* share of the work on texture coordinates that comes before */
 static const double STEP = 1.002;       /* of the scale, at least */
@@ -426,9 +428,9 @@ static void settle(packer *k, const qw_pack_options *o, double scale)
     keep_good(k);
 }
 
-static uint32_t batches_of(const packer *k)
+static uint32_t batches_of(const packer *k, const qw_pack_options *o)
 {
-    uint32_t batches = EFFORT / (k->slots * k->count) + 1;
+    uint32_t batches = (o->enough > 0 ? ROUGH_EFFORT : EFFORT) / (k->slots * k->count) + 1;
     return batches < MOST_BATCHES ? batches : MOST_BATCHES;
 }
 
@@ -447,7 +449,7 @@ static bool is_settled(const packer *k, const qw_pack_options *o, uint32_t tried
 /* Tries orders near the best at scales that grow each time one fits. */
 static void grow(packer *k, const qw_pack_options *o)
 {
-    uint32_t batches = batches_of(k);
+    uint32_t batches = batches_of(k, o);
     for (uint32_t i = 0; i < batches && !is_settled(k, o, i, batches); i++) {
         if (k->best.top <= k->side) {
             double more = fmax(STEP, room_above(k));
@@ -569,12 +571,13 @@ static void push_together(packer *k, const qw_pack_options *o)
 
 static void find_scale(packer *k, const qw_pack_options *o)
 {
-    k->batches = o->is_untold ? 0 : batches_of(k) + SETTLES;
+    k->batches = o->is_untold ? 0 : batches_of(k, o) + SETTLES;
     begin_orders(k);
-    set_cells(k, o, COARSE_CELLS, 0), begin_boards(k);
+    double rough = CHART_CELLS * sqrt(k->count);
+    set_cells(k, o, o->enough > 0 && rough < COARSE_CELLS ? (uint32_t)rough : COARSE_CELLS, 0), begin_boards(k);
     settle(k, o, sqrt(FIRST_SHARE * o->tiles / k->total));
     grow(k, o);
-    if (o->texels > COARSE_CELLS && (o->enough == 0 || share_of(k) < o->enough)) push_together(k, o);
+    if (o->texels > COARSE_CELLS && o->enough == 0) push_together(k, o);
 }
 
 /* At a scale that is given: a few orders more than the first. */
@@ -583,7 +586,7 @@ static void fit_scale(packer *k, const qw_pack_options *o)
     begin_orders(k);
     set_cells(k, o, FINE_CELLS / 2, 0), begin_boards(k);
     begin_scale(k, o->scale, NULL);
-    k->batches = batches_of(k) / 8 + 1;
+    k->batches = batches_of(k, o) / 8 + 1;
     try_slots(k);
     for (uint32_t i = 1; i < k->batches && k->best.top > k->side && k->best.top != UINT32_MAX; i++) try_near(k);
     if (k->best.top > k->side)

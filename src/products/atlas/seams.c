@@ -2,13 +2,14 @@
 
 #include "base/mesh_view.h"
 #include "geometry/polygons.h"
+#include "geometry/trimesh.h"
 
 #include <assert.h>
 #include <string.h>
 
 /* ---- the mesh */
 
-qw_atlas_mesh qw_atlas_mesh_of(qw_env *env, const qw_mesh_view *view, const uint8_t *hard, uint32_t hard_count,
+qw_atlas_mesh qw_atlas_mesh_of(qw_env *env, const qw_mesh_view *view, const uint8_t *mark, uint32_t mark_count,
                                const int32_t *label)
 {
     qw_polygon_edges edges = qw_find_polygon_edges(env, view);
@@ -26,9 +27,10 @@ qw_atlas_mesh qw_atlas_mesh_of(qw_env *env, const qw_mesh_view *view, const uint
     for (uint32_t c = 0; c < m.corner_count; c++) {
         uint32_t t = m.twin[c];
         if (t == QW_NONE || (label && label[m.face[c]] != label[m.face[t]])) m.wall[c] = QW_WALL_BORDER;
-        if (hard && c < hard_count && hard[c]) {
-            m.wall[c] |= QW_WALL_SHARP;
-            if (t != QW_NONE) m.wall[t] |= QW_WALL_SHARP;
+        if (mark && c < mark_count && mark[c]) {
+            uint8_t wall = qw_is_hard(mark[c]) ? QW_WALL_SHARP : QW_WALL_RING;
+            m.wall[c] |= wall;
+            if (t != QW_NONE) m.wall[t] |= wall;
         }
     }
     return m;

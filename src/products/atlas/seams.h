@@ -7,8 +7,8 @@
 
 #include "base/env.h"
 
-/* Sharp edges may be folded where they bound charts of a few faces. */
-enum qw_wall { QW_WALL_SHARP = 1, QW_WALL_BORDER = 2 };
+/* Rings only cut patches. Sharp edges may be folded where they bound charts of a few faces. */
+enum qw_wall { QW_WALL_RING = 1, QW_WALL_SHARP = 2, QW_WALL_BORDER = 4 };
 
 typedef struct qw_atlas_mesh {
     uint32_t vertex_count, face_count, corner_count;
@@ -18,14 +18,14 @@ typedef struct qw_atlas_mesh {
     const uint32_t *corner; /* uint32_t[corner_count]: vertex */
     uint32_t *face;         /* uint32_t[corner_count]: polygon of each corner */
     uint32_t *twin;         /* uint32_t[corner_count]: half-edge across, or QW_NONE */
-    uint8_t *wall;          /* uint8_t[corner_count]: qw_wall of edges that stay seams, or 0 */
+    uint8_t *wall;          /* uint8_t[corner_count]: qw_wall of edges that begin as seams, or 0 */
     uint8_t *seam;          /* uint8_t[corner_count]: 1 on seams, both half-edges; boundaries are seams */
 } qw_atlas_mesh;
 
-/* corners: of faces one after the other. face_sizes: NULL: quads. hard: uint8_t[hard_count], of the first half-edges, 1
-   on edges that stay seams; may be NULL. label: uint32_t[face_count]: edges between faces of unlike labels stay seams;
+/* corners: of faces one after the other. face_sizes: NULL: quads. mark: uint8_t[mark_count], of the first half-edges:
+   QW_MARK_ bits; may be NULL. label: uint32_t[face_count]: edges between faces of unlike labels stay seams;
    may be NULL. All arrays but position and corner are of the caller's scope. */
-qw_atlas_mesh qw_atlas_mesh_of(qw_env *env, const qw_mesh_view *view, const uint8_t *hard, uint32_t hard_count,
+qw_atlas_mesh qw_atlas_mesh_of(qw_env *env, const qw_mesh_view *view, const uint8_t *mark, uint32_t mark_count,
                                const int32_t *label);
 
 static inline uint32_t qw_atlas_next(const qw_atlas_mesh *m, uint32_t c)

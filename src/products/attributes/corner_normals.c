@@ -35,7 +35,7 @@ static qw_vec3 corner_normal(const qw_quadmesh *q, uint32_t h)
 static bool is_sharp(const qw_quadmesh *q, uint32_t h)
 {
     uint32_t t = q->twin[h];
-    return q->mark && (q->mark[h] || q->mark[t]) &&
+    return q->mark && (qw_is_hard(q->mark[h]) || qw_is_hard(q->mark[t])) &&
            qw_dot(qw_quad_normal(q, h / 4), qw_quad_normal(q, t / 4)) < SHARP_COSINE;
 }
 
@@ -153,7 +153,8 @@ static bool turns_sharply(const gathered *g, uint32_t a, uint32_t b)
     const qw_polygon_fans *p = g->p;
     double cosine = dot(g->face[a], g->face[b]);
     uint32_t h = a, t = g->prev[b];
-    if (h < p->marked && t < p->marked) return p->mark && (p->mark[h] || p->mark[t]) && cosine < (double)SHARP_COSINE;
+    if (h < p->marked && t < p->marked)
+        return p->mark && (qw_is_hard(p->mark[h]) || qw_is_hard(p->mark[t])) && cosine < (double)SHARP_COSINE;
     return cosine < QW_SHARP_COSINE;
 }
 
