@@ -220,12 +220,25 @@ static bool remove_row(qw_quad_edit *e, const uint8_t *on_boundary, const row *r
     return count_doublets(e) <= doublets && qw_quadmesh_double_edges(e->env, m, NULL) == 0;
 }
 
+/* Takes the row's quads out of the wanted areas, and sets those of quads that it moves to NaN. into: of
+   contract_edges. */
+static void keep_wanted(const qw_quadmesh *before, const row *r, const uint32_t *into, uint8_t *taken, float *wanted)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < r->quad_count; i++) taken[r->quad[i] / 4] = 1;
+    for (uint32_t f = 0; f < before->face_count; f++) {
+        bool is_moved = false;
+        for (uint32_t h = 4 * f; h < 4 * f + 4; h++) is_moved |= into[before->corner[h]] != QW_NONE;
+        if (!taken[f]) wanted[count++] = is_moved ? NAN : wanted[f];
+    }
+}
+
 /* Removes one chord of at most `room` quads: of the MOST_TRIES that stretch the quads beside them least the first that
-   can be removed. Returns false where none can. */
-static bool remove_chord(qw_env *env, qw_quadmesh *m, const qw_wanted *w, uint32_t room)
+   can be removed. wanted: of the quads, and then of those that are left. Returns false where none can. */
+static bool remove_chord(qw_env *env, qw_quadmesh *m, const qw_wanted *w, float *wanted, uint32_t room)
 {
     qw_scope_begin(env);
-    const float *wanted = qw_areas_wanted_of(env, m, w);
+    qw_find_areas_wanted(env, m, w, wanted);
     uint32_t sides = 4 * m->face_count;
     uint8_t *taken = QW_NEW_ZERO(env, uint8_t, m->face_count), *seen = QW_NEW(env, uint8_t, sides),
             *on_boundary = QW_NEW_ZERO(env, uint8_t, m->vertex_count);
@@ -243,6 +256,7 @@ static bool remove_chord(qw_env *env, qw_quadmesh *m, const qw_wanted *w, uint32
         find_row(m, (uint32_t)keys[i], &r);
         found = remove_row(&e, on_boundary, &r, into);
         if (found) {
+            keep_wanted(m, &r, into, taken, wanted);
             *m = e.mesh;
             qw_quad_edit_keep(&e);
         }
@@ -262,9 +276,10 @@ qw_quadmesh qw_remove_chords(qw_env *env, const qw_quadmesh *mesh, const qw_want
     qw_scope_begin(env);
     qw_quad_edit copy = qw_quad_edit_open(env, mesh);
     qw_quadmesh m = copy.mesh;
+    float *area = qw_areas_wanted_of(env, &m, wanted);
     int rounds = (int)fmin(MOST_REMOVED, (double)QUADS_LOOKED_AT / fmax(m.face_count, 1));
     for (int round = 0; round < rounds && m.face_count > most; round++)
-        if (!remove_chord(env, &m, wanted, (uint32_t)(m.face_count - least))) break;
+        if (!remove_chord(env, &m, wanted, area, (uint32_t)(m.face_count - least))) break;
     copy.mesh = m;
     qw_quad_edit_keep(&copy);
     qw_scope_end(env);

@@ -3,6 +3,7 @@
 #include "base/constants.h"
 
 #include <assert.h>
+#include <math.h>
 
 /* Sizes that differ by no more than this factor are one. */
 static const float ONE_SIZE = 1.001f;
@@ -14,7 +15,7 @@ typedef struct lookup {
     const qw_trimesh *mesh;
     const float *size;
     const qw_bvh *tree;
-    float *wanted;
+    float *wanted, most; /* most: where nothing is near */
     uint32_t *found; /* NULL: not asked for */
 } lookup;
 
@@ -25,6 +26,8 @@ static void look_up_block(void *user, uint32_t block, uint32_t begin, uint32_t e
     const lookup *l = user;
     uint32_t hint = QW_NONE;
     for (uint32_t f = begin; f < end; f++) {
+        if (!isnan(l->wanted[f])) continue;
+        l->wanted[f] = l->most;
         qw_vec3 center = qw_quad_middle(l->quads->position, l->quads->corner + 4 * (size_t)f);
         uint32_t part = l->quads->component ? l->quads->component[l->quads->corner[4 * (size_t)f]] : QW_NONE;
         qw_hit hit = qw_bvh_nearest_of(l->tree, part, center, qw_quad_normal(l->quads, f), QW_SAME_SHEET,
@@ -40,20 +43,27 @@ static void look_up_block(void *user, uint32_t block, uint32_t begin, uint32_t e
     }
 }
 
-float *qw_areas_wanted_of(qw_env *env, const qw_quadmesh *quads, const qw_wanted *w)
+void qw_find_areas_wanted(qw_env *env, const qw_quadmesh *quads, const qw_wanted *w, float *wanted)
 {
-    float *wanted = QW_NEW(env, float, quads->face_count), least = INFINITY, most = 0;
+    float least = INFINITY, most = 0;
     assert(!w || !w->size || w->mesh);
     uint32_t n = w && w->size ? w->mesh->vertex_count : 0;
     for (uint32_t v = 0; v < n; v++) least = fminf(least, w->size[v]), most = fmaxf(most, w->size[v]);
     bool is_one = !(most > least * ONE_SIZE) || w->mesh->face_count == 0; /* as most often */
-    for (uint32_t f = 0; f < quads->face_count; f++) wanted[f] = is_one ? 1 : most * most;
+    for (uint32_t f = 0; is_one && f < quads->face_count; f++) wanted[f] = 1;
     for (uint32_t f = 0; w && w->found && f < quads->face_count; f++) w->found[f] = QW_NONE;
-    if (is_one) return wanted;
+    if (is_one) return;
     qw_scope_begin(env);
-    lookup l = {quads, w->mesh, w->size, w->tree ? w->tree : qw_bvh_build(env, w->mesh), wanted, w->found};
+    lookup l = {quads, w->mesh, w->size, w->tree ? w->tree : qw_bvh_build(env, w->mesh), wanted, most * most, w->found};
     qw_parallel(env, quads->face_count, QW_GRAIN_HEAVY, look_up_block, &l);
     qw_scope_end(env);
+}
+
+float *qw_areas_wanted_of(qw_env *env, const qw_quadmesh *quads, const qw_wanted *w)
+{
+    float *wanted = QW_NEW(env, float, quads->face_count);
+    for (uint32_t f = 0; f < quads->face_count; f++) wanted[f] = NAN;
+    qw_find_areas_wanted(env, quads, w, wanted);
     return wanted;
 }
 

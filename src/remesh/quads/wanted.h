@@ -17,6 +17,8 @@ typedef struct qw_wanted {
 /* The wanted area of each quad but for a factor: float[quads->face_count], in the current scope. wanted NULL: the same
    everywhere. */
 float *qw_areas_wanted_of(qw_env *env, const qw_quadmesh *quads, const qw_wanted *wanted);
+/* The same of those only whose area is NaN. */
+void qw_find_areas_wanted(qw_env *env, const qw_quadmesh *quads, const qw_wanted *wanted, float *area);
 
 /* Multiplies the wanted areas of each component so that they add up to its area. */
 void qw_fit_wanted_areas(qw_env *env, const qw_quadmesh *quads, float *wanted);
