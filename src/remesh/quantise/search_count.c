@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Offsets of a small complex that are looked at. */
+/* Offsets that are looked at, over all components, of each by its edges. */
 enum { MOST_NEAREST = 4096 };
 /* More energy a quad is worth no count: so much has one that is sheared by 32 degrees. */
 static const double MOST_ENERGY = 0.2;
@@ -68,7 +68,8 @@ static void try_nearest(qw_env *env, qw_search *s, uint32_t p)
     memcpy(c.d, t.d, real->edge_count * sizeof *c.d);
     double most = MOST_ENERGY * qw_complex_area(&c);
     choice k = {s, &c, s->kept[p].d, qw_complex_area(&c), most, qw_search_miss(s, &s->sum), INFINITY, t.d};
-    qw_nearest_request request = {.most = MOST_NEAREST, .farthest = INFINITY, .visit = choose_least, .user = &k};
+    uint32_t looks = (uint32_t)qw_ceil((double)MOST_NEAREST * c.edge_count / s->edges);
+    qw_nearest_request request = {.most = looks, .farthest = INFINITY, .visit = choose_least, .user = &k};
     qw_visit_nearest(env, &c, &request);
     qw_acted(env, QW_MECH_NEAREST, 1);
     if (k.energy < INFINITY) {
