@@ -142,6 +142,31 @@ static void hostile_pictures_are_refused(void **state)
     protect(read_hostile);
 }
 
+/* A JPEG whose scan names a table that is not there: the same pixels, or none, whatever memory has held before. */
+static void read_without_a_table(void *user)
+{
+    qw_env *env = ((job *)user)->env;
+    const char *why;
+    qw_bytes bytes = qw_file_read(env, QW_TEST_DATA "/../../fuzz/corpus/fuzz_picture/undefined_table.jpg", "it");
+    qw_picture first = qw_read_picture(env, bytes, &why);
+    qw_bytes all = qw_file_read(env, QW_TEST_DATA "/../../fuzz/corpus/fuzz_picture/all_symbols.jpg", "it");
+    assert_null(qw_read_picture(env, all, &why).pixels); /* stb_image mistakes the 256th */
+    for (int fill = 0x55; fill < 0x100; fill += 0x55) {
+        enum { BLOCKS = 64 };
+        void *held[BLOCKS];
+        for (size_t i = 0; i < BLOCKS; i++) held[i] = memset(malloc(16000 + 64 * i), fill, 16000 + 64 * i);
+        for (size_t i = 0; i < BLOCKS; i++) free(held[i]);
+        qw_picture again = qw_read_picture(env, bytes, &why);
+        assert_true((first.pixels == NULL) == (again.pixels == NULL));
+        if (first.pixels) assert_memory_equal(first.pixels, again.pixels, (size_t)4 * first.width * first.height);
+    }
+}
+static void tables_that_are_not_there(void **state)
+{
+    (void)state;
+    protect(read_without_a_table);
+}
+
 /* ---- WebP: 5 x 3 pixels, of which (x, y) is (10 x + 3 y, 200 - 20 y, 40 x), by Debian's cwebp */
 
 static const char lossless[] =
@@ -984,6 +1009,7 @@ QW_TEST_SUITE(bake)
         cmocka_unit_test(alphas_as_drawn),
         cmocka_unit_test(png_comes_back),
         cmocka_unit_test(hostile_pictures_are_refused),
+        cmocka_unit_test(tables_that_are_not_there),
         cmocka_unit_test(bombs_are_refused),
         cmocka_unit_test(other_pictures),
         cmocka_unit_test(webp_is_read),

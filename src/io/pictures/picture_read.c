@@ -23,6 +23,10 @@
 #define STBI_NO_THREAD_LOCALS
 #define STBI_MAX_DIMENSIONS 16384
 #define STBI_FAILURE_USERMSG
+/* Before 2.28 tables that a scan of a JPEG names and that are not there are read as they were allocated. */
+#define STBI_MALLOC(size) calloc(1, size)
+#define STBI_REALLOC      realloc
+#define STBI_FREE         free
 #pragma GCC diagnostic ignored "-Wunused-function"
 #include "stb_image.h"
 #endif
@@ -162,15 +166,15 @@ static bool inflates_to_its_size(qw_env *env, qw_bytes b, char *room, uint64_t s
     return written >= 0 && (uint64_t)written == size;
 }
 
-/* Whether each of the tables in a segment of a JPEG names at most 256 symbols: stb_image before 2.28 writes beyond its
-   own tables otherwise. segment: its size and what follows, up to the end of the file. */
+/* Whether each of the tables in a segment of a JPEG names at most 255 symbols: stb_image mistakes one more, and
+   before 2.28 writes beyond its own tables otherwise. segment: its size and what follows, up to the end of the file. */
 static bool has_short_tables(const char *segment, size_t left)
 {
     size_t size = big_endian(segment, 2), at = 2;
     for (; at + 17 <= size && at + 17 <= left; at += 17) {
         uint32_t symbols = 0;
         for (int i = 1; i <= 16; i++) symbols += (uint8_t)segment[at + (size_t)i];
-        if (symbols > 256) return false;
+        if (symbols > 255) return false;
         at += symbols;
     }
     return at == size;

@@ -16,7 +16,7 @@ typedef struct lookup {
     const float *size;
     const qw_bvh *tree;
     float *wanted, most; /* most: where nothing is near */
-    uint32_t *found; /* NULL: not asked for */
+    uint32_t *found;     /* NULL: not asked for */
 } lookup;
 
 /* The wanted area of each quad, from the working mesh below its middle. */
