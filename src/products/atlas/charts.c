@@ -8,15 +8,15 @@
 enum {
     FIRST_STEPS = 6,  /* of a patch by itself, from the circle */
     LOWER_STEPS = 40, /* where those leave inverted triangles, and at the end */
-    LEVELS = 8,       /* of what room around charts is worth */
-    MOST_LOOKS = 300  /* at a chart, to see how all pack: then no more are joined, or shared out */
+    LEVELS = 7,       /* of what room around charts is worth */
+    MOST_LOOKS = 300, /* at a chart, to see how all pack: then no more are joined, or shared out */
+    MOST_PATCHES = 12 /* of a chart that is shared out: more hardly ever all find a neighbour */
 };
 /* Of a chart, in roots of the surface's area: what a square has that is filled to 0.7. */
 static const double MOST_LENGTH = 1.2;
-static const double MOST_OF_ONE = 3;     /* a triangle may be stretched so much more than the mean of its chart */
-static const double MOST_OF_CRUMBS = 8;  /* the same where a crumb is joined to a chart */
-static const double FIRST_WASTE = 32;    /* of the levels: each next one has half of that, the last none */
-static const double MOST_SHARED = 0.125; /* of the faces, in a chart that is shared out */
+static const double MOST_OF_ONE = 3;    /* a triangle may be stretched so much more than the mean of its chart */
+static const double MOST_OF_CRUMBS = 8; /* the same where a crumb is joined to a chart */
+static const double FIRST_WASTE = 32;   /* of the levels: each next one has half of that, the last none */
 static const double STUB = 1e-3; /* radius of faces that are laid as regular polygons, in roots of the surface's area */
 
 typedef qw_joiner maker;
@@ -253,16 +253,18 @@ static void loosen(maker *k, const state *patches, uint32_t a, uint8_t *mark)
 static void share_out(maker *k, uint32_t a, const state *patches, state *kept, uint8_t *mark)
 {
     uint32_t b = k->mirror ? qw_chart_opposite(k, a) : QW_NONE;
-    bool is_shared = true;
+    uint32_t before = k->made.count;
     keep_state(k, kept);
     memset(mark, 0, k->m->face_count);
     loosen(k, patches, a, mark);
     if (b != QW_NONE && b != a) loosen(k, patches, b, mark);
     qw_free(k->env, k->made.chart);
     take_charts(k);
-    for (uint32_t i = 0; i < k->made.count; i++) k->made.chart[i].is_loose = mark[k->made.chart[i].face[0]];
+    bool is_shared = k->made.count - before < (b != QW_NONE && b != a ? 2 : 1) * MOST_PATCHES;
+    for (uint32_t i = 0; i < k->made.count && is_shared; i++)
+        k->made.chart[i].is_loose = mark[k->made.chart[i].face[0]];
     k->bounds.only_loose = true;
-    qw_join_charts(k);
+    if (is_shared) qw_join_charts(k);
     k->bounds.only_loose = false;
     for (uint32_t i = 0; i < k->made.count; i++) is_shared &= k->made.chart[i].count == 0 || !k->made.chart[i].is_loose;
     for (uint32_t i = 0; i < k->made.count && is_shared; i++)
@@ -290,7 +292,6 @@ static void share_out_small(maker *k, const state *patches)
     k->looks_left = MOST_LOOKS;
     for (uint32_t size = 0, a; k->looks_left > 0 && (a = next_larger(k, size)) != QW_NONE;) {
         size = k->made.chart[a].count;
-        if (size > MOST_SHARED * k->m->face_count) break;
         share_out(k, a, patches, &kept, mark);
     }
 }
