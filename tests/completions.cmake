@@ -27,6 +27,7 @@ if(BASH)
   offers("quadwright in.obj --preset =" "character" c)
   offers("quadwright in.obj --preset" "character" =)
   offers("quadwright help" "symmetry" sym)
+  offers("quadwright help" "cad" ca)
   file(WRITE ${WORK}/ask.bash "source ${ROOT}/tools/completions/quadwright.bash
 cd ${ROOT}
 COMP_WORDS=(quadwright in.obj --preset \"\"); COMP_CWORD=3; _quadwright; printf '%s\\n' \"\${COMPREPLY[@]}\"

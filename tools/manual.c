@@ -174,6 +174,7 @@ static void put_presets(void)
 static void put_topics(void)
 {
     for (size_t i = 0; qw_topic_at(i); i++) printf("%s ", qw_topic_at(i));
+    put_presets();
 }
 
 static void bash_cases(void)

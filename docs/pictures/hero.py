@@ -51,22 +51,22 @@ def mirrored(p):
 
 def face(p):
     p = mirrored(p)
-    eye, lid = (.27, .05, .55), ball(p, (.27, .05, .55), .178)
+    eye, lid = (.27, .05, .55), ball(p, (.27, .05, .55), .19)
     x, y = p[..., 0] - eye[0], p[..., 1] - eye[1]
-    slit = np.maximum(abs(y + .05 * x - .005) - .075 * (1 - (x / .17) ** 2), .4 - p[..., 2])
+    slit = np.maximum(abs(y + .05 * x - .005) - .075 * (1 - (x / .15) ** 2), .6 - p[..., 2])
     head = join(.35, ball(p, (0, .36, -.12), (.7, .76, .86)), ball(p, (0, -.4, .2), (.47, .62, .52)), ball(p, (.33, -.2, .44), (.19, .15, .19)))
     head = join(.18, head, path(p, [(0, .2, .68), (.2, .235, .65), (.4, .21, .5)], [.075, .085, .07], .1), ball(p, (0, -.84, .6), (.17, .14, .14)))
     head = cut(.16, head, ball(p, (.27, .045, .85), (.15, .11, .16)))
     head = join(.12, head, path(p, [(0, .2, .68), (0, -.05, .84), (0, -.2, .91)], [.06, .07, .085], .1))
     head = join(.06, head, ball(p, (.09, -.23, .82), (.07, .06, .085)))
-    head = cut(.03, head, ball(p, (.055, -.29, .87), (.026, .028, .05)))
-    head = join(.09, head, cut(.04, lid, slit))
-    head = join(.012, head, ball(p, eye, .16))
+    head = cut(.04, head, ball(p, (.06, -.3, .85), (.03, .035, .05)))
+    head = join(.09, head, cut(.06, lid, slit))
+    head = join(.03, head, ball(p, eye, .15))
     head = join(.07, head, path(p, [(0, -.495, .745), (.05, -.485, .75), (.2, -.535, .63)], [.042, .048, .015], .03))
     head = join(.05, head, path(p, [(0, -.6, .735), (.09, -.595, .715), (.2, -.545, .63)], [.06, .052, .015], .03))
     head = cut(.025, head, path(p, [(0, -.542, .815), (.1, -.542, .775), (.22, -.54, .66)], [.02, .018, .008], .02))
-    ear = cut(.06, ball(p, (.74, -.02, -.08), (.075, .25, .15)), ball(p, (.83, .02, -.03), (.07, .15, .08)))
-    head = join(.06, head, ear)
+    ear = cut(.06, ball(p, (.73, -.02, -.08), (.085, .25, .15)), ball(p, (.83, .02, -.03), (.07, .15, .08)))
+    head = join(.1, head, ear)
     neck = path(p, [(0, -.4, -.18), (0, -1.15, -.26), (0, -1.5, -.24)], [.44, .38, .44], .3)
     return np.maximum(join(.18, head, neck), -1.25 - p[..., 1])
 
@@ -186,6 +186,17 @@ def contour(f, low, high, step, keep=None):
     return place[used], quads.reshape(-1, 4)
 
 
+def draw(path, place, ovals):
+    """Guides around ovals of the front: middle, radii; three rings on either side."""
+    front, angle, made = place[place[:, 2] > .3], np.pi / 8 * np.arange(16), 0
+    with open(path, "w") as file:
+        for x, y, a, b in ovals:
+            for q in np.stack([x + a * np.cos(angle), y + b * np.sin(angle)], -1):
+                file.write("v %.6g %.6g %.6g\n" % tuple(front[((front[:, :2] - q) ** 2).sum(1).argmin()]))
+            file.write("g rings 3\nl %s\n" % " ".join(str(made + 1 + k % 16) for k in range(17)))
+            made += 16
+
+
 def save(path, place, quads):
     with open(path, "w") as file:
         file.writelines("v %.6g %.6g %.6g\n" % tuple(v) for v in place)
@@ -193,20 +204,24 @@ def save(path, place, quads):
             file.write("f %d %d %d\nf %d %d %d\n" % (q[0], q[1], q[2], q[0], q[2], q[3]))
 
 
-ROWS = [("face", face, (-1, -1.4, -1.2), (1, 1.3, 1.2), .022, None, "--faces 3000 --preset character"),
+ROWS = [("face", face, (-1, -1.4, -1.2), (1, 1.3, 1.2), .018, None, "--faces 4000 --preset character --symmetry x --guides {loops}"),
         ("creature", creature, (-1.7, -.8, -2.8), (1.7, 1.6, 2.2), .022, None, "--faces 4500 --preset character"),
-        ("part", part, (-1.6, -.3, -1.6), (1.6, 1.3, 1.6), .03, None, "--faces 6000 --preset cad"),
+        ("part", part, (-1.6, -.3, -1.6), (1.6, 1.3, 1.6), .03, None, "--faces 8000 --preset cad"),
         ("garment", garment, (-1.4, -1.5, -1.2), (1.4, 1.2, 1.2), .025, keep_garment, "--faces 3500")]
+LOOPS = ((.28, .035, .17, .12), (0, -.545, .24, .11))  # around an eye of the face, and its mouth
 
 
 def main(program):
     with tempfile.TemporaryDirectory() as folder:
         folder = os.environ.get("KEEP", folder)
-        shown = []
+        shown, loops = [], f"{folder}/loops.obj"
         for name, f, low, high, step, keep, options in ROWS:
             mesh, quads = f"{folder}/{name}.obj", f"{folder}/{name}-quads.obj"
-            save(mesh, *contour(f, low, high, step, keep))
-            subprocess.run([program, mesh, "-o", quads, "-q", *options.split()], check=True)
+            place, faces = contour(f, low, high, step, keep)
+            save(mesh, place, faces)
+            if "{loops}" in options:
+                draw(loops, place, LOOPS)
+            subprocess.run([program, mesh, "-o", quads, "-q", *options.format(loops=loops).split()], check=True)
             shown += [mesh, quads]
         subprocess.run([program, "render", *shown, "-o", HERE + "/hero.png", "--width", "1800", "--height", "1000"], check=True)
 

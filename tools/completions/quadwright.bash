@@ -4,7 +4,7 @@ _quadwright() {
   if [[ $current == = ]]; then current=
   elif [[ $previous == = ]]; then previous=${COMP_WORDS[COMP_CWORD-2]}; fi
   case $previous in
-    help) words="size shape levels presets symmetry steering wrap asset files running measure render batch method stages status quadriflow examples all " ;;
+    help) words="size shape levels presets symmetry steering wrap asset files running measure render batch method stages status quadriflow examples all scan character cad game print soup " ;;
     --preset) words="scan character cad game print soup " ;;
     --format) words="obj ply off stl glb gltf msh vtu inp bdf " ;;
     --field-per) words="vertex face " ;;

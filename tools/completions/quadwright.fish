@@ -1,6 +1,6 @@
 # fish completion for quadwright; made by quadwright-manual: make docs
 complete -c quadwright -n '__fish_is_nth_token 1' -a 'remesh asset measure render batch options version help '
-complete -c quadwright -n '__fish_seen_subcommand_from help' -f -a 'size shape levels presets symmetry steering wrap asset files running measure render batch method stages status quadriflow examples all '
+complete -c quadwright -n '__fish_seen_subcommand_from help' -f -a 'size shape levels presets symmetry steering wrap asset files running measure render batch method stages status quadriflow examples all scan character cad game print soup '
 complete -c quadwright -l input -s i -r -d 'the mesh to read'
 complete -c quadwright -l output -s o -r -d 'where the result goes'
 complete -c quadwright -l out -s o -r -d 'batch'
