@@ -9,7 +9,7 @@
 
 static inline uint32_t next_of(uint32_t h) { return h % 4 == 3 ? h - 3 : h + 1; }
 
-/* uint32_t[4 faces]: the half-edge that goes the other way; the surface is closed. */
+/* uint32_t[4 faces]: the half-edge that goes the other way; UINT32_MAX: none does. */
 static inline uint32_t *twins_of(const qw_mesh_view *q)
 {
     uint32_t sides = 4 * q->face_count, *twin = malloc(sides * sizeof *twin),
@@ -18,7 +18,7 @@ static inline uint32_t *twins_of(const qw_mesh_view *q)
     for (uint32_t h = 0; h < sides; h++) after[h] = first[q->corners[h]], first[q->corners[h]] = h;
     for (uint32_t h = 0; h < sides; h++) {
         uint32_t t = first[q->corners[next_of(h)]];
-        while (q->corners[next_of(t)] != q->corners[h]) t = after[t];
+        while (t != UINT32_MAX && q->corners[next_of(t)] != q->corners[h]) t = after[t];
         twin[h] = t;
     }
     free(first), free(after);

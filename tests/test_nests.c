@@ -302,12 +302,72 @@ static void a_socket_gets_rings_by_itself(void **state)
     shape_free(&s);
 }
 
+/* A ball open in an almond around z, whose boundary turns sharply at both ends. */
+static void at_mouth(double u, double v, double p[3])
+{
+    double a = 6.283185307179586 * u, x = cos(a) / 0.5, y = fabs(sin(a)) / 0.27,
+           open = fmin(2 / (y + sqrt(y * y + 4 * x * x)), 0.5), polar = open + (3.141592653589793 - open) * v,
+           out = v < 1 ? sin(polar) : 0;
+    p[0] = out * cos(a), p[1] = 1.1 * out * sin(a) + 0.3 * out * out * sin(a) * sin(a), p[2] = 1.2 * cos(polar);
+}
+
+/* Closed rows around the boundary, as long as no irregular vertex lies in them. */
+static uint32_t rows_around(const qw_mesh_view *q)
+{
+    uint32_t n = q->vertex_count, rows = 0, *valence = calloc(n, sizeof *valence), *twin = twins_of(q);
+    uint8_t *is_in = calloc(q->face_count, 1), *is_rim = calloc(n, 1);
+    for (uint32_t h = 0; h < 4 * q->face_count; h++) {
+        valence[q->corners[h]]++;
+        if (twin[h] == UINT32_MAX) is_rim[q->corners[h]] = is_rim[q->corners[next_of(h)]] = 1;
+    }
+    for (bool is_row = true; is_row && rows < 20; rows += is_row) {
+        uint8_t *next = calloc(n, 1);
+        uint32_t faces = 0;
+        for (uint32_t v = 0; v < n; v++) is_row &= !is_rim[v] || valence[v] == (rows == 0 ? 2 : 4);
+        for (uint32_t f = 0; f < q->face_count; f++) {
+            const uint32_t *c = q->corners + 4 * (size_t)f;
+            if (is_in[f] || !(is_rim[c[0]] || is_rim[c[1]] || is_rim[c[2]] || is_rim[c[3]])) continue;
+            is_in[f] = 1, faces++;
+            for (int i = 0; i < 4; i++) next[c[i]] |= !is_rim[c[i]];
+        }
+        is_row &= faces > 0;
+        free(is_rim), is_rim = next;
+    }
+    free(valence), free(twin), free(is_in), free(is_rim);
+    return rows;
+}
+
+/* A mouth that is cut out has rows around it where both sides are alike, without option or guide; and none by itself
+   without rings, as its boundary has corners then. */
+static void openings_have_rings(void **state)
+{
+    (void)state;
+    shape s = shape_of_sheet(&(shape_sheet){96, 48, true, false, false, at_mouth});
+    for (int64_t faces = 1000; faces < 6000; faces *= 2)
+        for (int rings = 0; rings < 2; rings++) {
+            qw_options options;
+            qw_context *context = context_with(&s, faces, &options);
+            options.symmetry = QW_SYMMETRY_AUTO, options.rings = 0.5 * rings;
+            qw_mesh_view quads;
+            if (qw_run(context, &options) != QW_OK) fail_msg("%s", qw_message(context));
+            qw_get_mesh(context, &quads);
+            uint32_t rows = rows_around(&quads);
+            printf("a mouth, %d quads, %d: %u rows, %d nests\n", (int)faces, rings, rows,
+                   (int)qw_get_report(context)->nests);
+            assert_int_equal(qw_get_report(context)->symmetric, 1);
+            assert_true(rings ? rows >= 2 : rows == 0);
+            qw_destroy(context);
+        }
+    shape_free(&s);
+}
+
 QW_TEST_SUITE(nests)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(directions_run_around),       cmocka_unit_test(necks_are_found),
         cmocka_unit_test(one_guide_gives_rings),       cmocka_unit_test(ovals_have_rings_inside),
         cmocka_unit_test(loops_on_both_sides_are_one), cmocka_unit_test(a_socket_gets_rings_by_itself),
+        cmocka_unit_test(openings_have_rings),
     };
     return cmocka_run_group_tests_name("nests", tests, NULL, NULL);
 }

@@ -3,7 +3,9 @@
 #include "base/elementary.h"
 #include "base/mechanisms.h"
 #include "whole/cut.h"
+#include "whole/kept_rims.h"
 #include "whole/motion_on.h"
+#include "whole/openings.h"
 #include "whole/ring_guides.h"
 #include "whole/small.h"
 #include "geometry/bvh.h"
@@ -135,6 +137,9 @@ void qw_engrave_guides(qw_run_state *run)
 enum { ROWS_OF_JOINT = 2 };
 /* Nothing that was drawn is nearer to a joint or a neck than so many edges. */
 static const float APART = 3;
+/* Of so many quads one neck or opening takes its share: where all that are found have fewer, none is taken, as rings
+   around some horns would leave no quads for the others. */
+static const double QUADS_OF_NECK = 100;
 /* A surface of more components is a soup, or an assembly of plain parts, in which no necks are looked for. */
 enum { MOST_COMPONENTS = 8 };
 
@@ -241,6 +246,19 @@ static void take_necks(taking *t, const qw_necks *found)
     }
 }
 
+static void add_steps_of(taking *t, const qw_necks *curves)
+{
+    for (uint32_t i = 0; i < curves->count; i++)
+        add_steps(t, curves->point + curves->begin[i], curves->begin[i + 1] - curves->begin[i]);
+}
+
+/* Adds the openings, which need not be drawn. */
+static void add_openings(taking *t, const qw_necks *openings)
+{
+    for (uint32_t i = 0; i < openings->count && t->taken.count < QW_MOST_NECKS; i++)
+        take(t, openings->point + openings->begin[i], openings->begin[i + 1] - openings->begin[i], 1);
+}
+
 /* Draws the curves on a copy of the surface, which becomes the surface; those that cannot be drawn are let go. */
 static void engrave_taken(taking *t)
 {
@@ -267,10 +285,22 @@ static void engrave_taken(taking *t)
         *n = kept;
         if (!all) continue;
         take_surface(run, &cut);
-        run->necks = *n;
-        qw_keep(env, n->begin), qw_keep(env, n->point), qw_keep(env, n->is_pocket);
         return;
     }
+}
+
+/* Necks and, beside a plane of symmetry, openings, as far as each has its share of the quads: what is no face or body
+   is rarely symmetric, and its holes are no eyes. */
+static void find_necks(qw_run_state *run, double rho, qw_necks *necks, qw_openings *openings)
+{
+    double most = qw_trimesh_area(&run->surface) / (QUADS_OF_NECK * rho * rho);
+    *necks = qw_find_necks(run->env, &run->surface, rho, run->input.cut, run->options.rings);
+    if (necks->count > most) necks->count = 0;
+    if (!run->mirror.is_used || qw_keeps_rims(run) || !qw_uses(run->env, QW_MECH_OPENINGS)) return;
+    *openings = qw_find_openings(run, rho);
+    if (openings->curves.count > most) openings->curves.count = 0;
+    qw_mark_openings(run, openings);
+    qw_did(run->env, QW_MECH_OPENINGS, openings->curves.count);
 }
 
 void qw_engrave_necks(qw_run_state *run, double rho)
@@ -282,19 +312,27 @@ void qw_engrave_necks(qw_run_state *run, double rho)
     if (finds_necks || (qw_follows_motion(run) && run->whole.steering->joint_count > 0)) {
         qw_scope_begin(env);
         qw_necks found = {0};
-        if (finds_necks) found = qw_find_necks(env, &run->surface, rho, run->input.cut, run->options.rings);
+        qw_openings openings = {0};
+        if (finds_necks) find_necks(run, rho, &found, &openings);
         const qw_steering *s = &run->steering;
         size_t most = found.count > 0 ? found.begin[found.count] : 0;
+        if (openings.curves.count > 0) most += openings.curves.begin[openings.curves.count];
         if (s->guide_count > 0) most += s->guide_begin[s->guide_count];
-        uint32_t curves = found.count + s->guide_count;
+        uint32_t curves = found.count + openings.curves.count + s->guide_count;
         taking t = {
             .run = run, .edge = (float)rho, .from = QW_NEW(env, qw_vec3, most), .to = QW_NEW(env, qw_vec3, most)};
         t.taken = (qw_necks){0, QW_NEW_ZERO(env, uint32_t, (size_t)curves + 1), QW_NEW(env, qw_vec3, most),
                              QW_NEW(env, uint8_t, curves)};
+        add_steps_of(&t, &openings.curves);
         take_joints(&t);
         uint32_t joints = t.taken.count;
         take_necks(&t, &found);
         engrave_taken(&t);
+        add_openings(&t, &openings.curves);
+        if (t.taken.count > 0) {
+            run->necks = t.taken;
+            qw_keep(env, run->necks.begin), qw_keep(env, run->necks.point), qw_keep(env, run->necks.is_pocket);
+        }
         qw_acted(env, QW_MECH_NECKS, finds_necks);
         qw_kept(env, QW_MECH_NECKS, run->necks.count > joints ? run->necks.count - joints : 0);
         qw_scope_end(env);

@@ -10,9 +10,8 @@
 #include <math.h>
 #include <string.h>
 
-/* q of a pocket, and of other necks at strength 1; how much q rises between two necks on one limb, and by how much
-   girths differ that are about the same. */
-static const double MOST_RATIO = 0.4, RISE = 1.25;
+/* How much q rises between two necks on one limb, and by how much girths differ that are about the same. */
+static const double RISE = 1.25;
 /* Tips are looked for on so many cells at most. Distances from so many of them, far from one another, say how far out a
    cell is. A tip is farther out than the saddle to the next by half an edge. */
 enum { MOST_CELLS = 16000, BASES = 8, MOST_SEEDS = 64 };
@@ -23,9 +22,6 @@ enum { LEVELS = 96 };
 static const double MOST_INSIDE = 0.4, BEYOND_SADDLE = 3;
 /* Edges in nests are as short as this share of the mean one at least. */
 static const double SHORTEST = 0.2;
-/* Of so many quads one neck takes its share: where all that are found have fewer, none is taken, as rings around some
-   horns would leave no quads for the others. */
-static const double QUADS_OF_NECK = 100;
 /* Points of a curve, and the rounds in which it is made smooth and short. */
 enum { POINTS = 32, ROUNDS = 12 };
 
@@ -429,7 +425,7 @@ static void find_minima(search *s, levels *l)
         bool goes_on = l->area[j] < MOST_INSIDE * s->area;
         if (q < least && goes_on) best = j;
         if (goes_on && !(q > RISE * least)) continue;
-        bool is_neck = least <= MOST_RATIO && before > RISE * least;
+        bool is_neck = least <= QW_NECK_RATIO && before > RISE * least;
         if (is_neck) take_neck(s, l, best);
         if (!goes_on) return;
         before = is_neck ? q : fmax(before, q), best = j;
@@ -502,7 +498,6 @@ static qw_necks choose(search *s)
         necks.is_pocket[necks.count++] = n->is_pocket, necks.begin[necks.count] = to + POINTS + !n->is_open;
     }
     qw_free(env, order), qw_free(env, is_taken);
-    if (necks.count * QUADS_OF_NECK * s->edge * s->edge > s->area) necks.count = 0;
     return necks;
 }
 
@@ -512,7 +507,7 @@ qw_necks qw_find_necks(qw_env *env, const qw_trimesh *m, double edge, const doub
     uint32_t n = m->vertex_count;
     qw_necks necks = {0};
     qw_scope_begin(env);
-    search s = {.env = env, .mesh = m, .edge = edge, .cut = cut, .most_ratio = MOST_RATIO * strength};
+    search s = {.env = env, .mesh = m, .edge = edge, .cut = cut, .most_ratio = QW_NECK_RATIO * strength};
     s.area = qw_trimesh_area(m), s.found = QW_NEW(env, neck, QW_MOST_NECKS);
     qw_cells cells = find_cells(&s);
     seed *seeds = QW_NEW(env, seed, 2 * (size_t)cells.count);

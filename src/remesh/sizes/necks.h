@@ -11,6 +11,8 @@
 
 /* So many edges are to fit around a neck at least; so many necks are taken at most. */
 enum { QW_NECK_EDGES = 6, QW_MOST_NECKS = 256 };
+/* The largest q of a pocket, and of other necks at strength 1. */
+#define QW_NECK_RATIO        0.4
 /* Two curves nearer than this share of their radius are one. */
 #define QW_NECKS_APART_SHARE 0.5f
 

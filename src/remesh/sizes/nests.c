@@ -79,15 +79,17 @@ static void find_curves(nesting *g)
             from[segments] = p[0], to[segments] = p[1], nest[segments++] = i;
         }
     const qw_curve_tree *tree = qw_curve_tree_build(env, from, to, segments);
-    for (uint32_t h = 0; h < 3 * m->face_count; h++) edges += is_ring_edge(m, h) && m->twin[h] != QW_NONE;
+    for (uint32_t h = 0; h < 3 * m->face_count; h++) edges += is_ring_edge(m, h) && qw_stands_for_edge(m, h);
     g->half = QW_NEW(env, uint32_t, edges), g->number = QW_NEW(env, uint32_t, edges);
     for (uint32_t h = 0; h < 3 * m->face_count; h++) {
-        if (!is_ring_edge(m, h) || m->twin[h] == QW_NONE || !qw_stands_for_edge(m, h)) continue;
+        if (!is_ring_edge(m, h) || !qw_stands_for_edge(m, h)) continue;
         qw_vec3 way = qw_edge_way(m, h), middle = qw_madd(m->position[m->corner[h]], 0.5f, way);
         uint32_t s = qw_curve_nearest(tree, middle, INFINITY).segment;
-        uint32_t along = qw_dot(way, qw_sub(to[s], from[s])) >= 0 ? h : m->twin[h];
+        bool is_rim = m->twin[h] == QW_NONE; /* an opening, which has one side */
+        uint32_t along = is_rim || qw_dot(way, qw_sub(to[s], from[s])) >= 0 ? h : m->twin[h];
         g->half[g->count] = along, g->number[g->count++] = nest[s];
-        g->beside[along / 3] |= 1 << QW_LEFT, g->beside[m->twin[along] / 3] |= 1 << QW_RIGHT;
+        g->beside[along / 3] |= 1 << QW_LEFT;
+        if (!is_rim) g->beside[m->twin[along] / 3] |= 1 << QW_RIGHT;
     }
 }
 
@@ -169,8 +171,8 @@ static bool grow(nesting *g, uint32_t nest, int side, float reach)
     g->stamp++, g->face_count = 0, g->euler = 0, g->ends = false;
     for (uint32_t k = 0; k < g->count; k++) {
         if (g->number[k] != nest) continue;
-        uint32_t f = (side == QW_LEFT ? g->half[k] : m->twin[g->half[k]]) / 3;
-        if (!is_within(g, nest, f, reach)) return false;
+        uint32_t h = side == QW_LEFT ? g->half[k] : m->twin[g->half[k]], f = h / 3;
+        if (h == QW_NONE || !is_within(g, nest, f, reach)) return false;
         if (g->face_stamp[f] != g->stamp) vertices += take_face(g, f);
     }
     for (uint32_t i = 0; i < g->face_count; i++) {
@@ -330,7 +332,11 @@ void qw_unmark_nests(qw_env *env, qw_trimesh *m, const qw_nests *nests)
     nesting g = {.env = env, .mesh = m, .nests = nests, .beside = QW_NEW_ZERO(env, uint8_t, m->face_count)};
     find_curves(&g);
     for (uint32_t k = 0; k < g.count; k++)
-        if (nests->nest[g.number[k]].most_rings == 0) m->mark[g.half[k]] = m->mark[m->twin[g.half[k]]] = 0;
+        if (nests->nest[g.number[k]].most_rings == 0) {
+            uint32_t twin = m->twin[g.half[k]];
+            m->mark[g.half[k]] = 0;
+            if (twin != QW_NONE) m->mark[twin] = 0;
+        }
     qw_scope_end(env);
 }
 

@@ -1,0 +1,113 @@
+#include "whole/openings.h"
+
+#include "base/constants.h"
+#include "remesh/field/hierarchy.h"
+#include "whole/cut.h"
+
+#include <assert.h>
+#include <math.h>
+
+/* An opening that turns by more than this within an eighth of its length has a corner there: more than a pentagon does.
+   A round one has none, a slit or the lids of an eye two. */
+static const double CORNER = 0.42 * QW_PI;
+enum { CORNERS = 2, OF_LENGTH = 8 };
+
+typedef struct opening {
+    const qw_run_state *run;
+    const qw_trimesh *mesh;
+    uint32_t *half, count; /* half-edges, one after the other: uint32_t[count] */
+    bool is_closed;
+    double length;
+} opening;
+
+static bool lies_in_cut(const opening *o, uint32_t h)
+{
+    const qw_vec3 *p = o->mesh->position;
+    const uint32_t *c = o->mesh->corner;
+    return (qw_cuts_at(o->run, p[c[h]]) & qw_cuts_at(o->run, p[c[qw_next(h)]])) != 0;
+}
+
+/* The stretch of boundary through h that lies in no cut. */
+static void walk(opening *o, uint32_t h, uint8_t *seen)
+{
+    uint32_t first = h;
+    bool was_cut = false;
+    o->is_closed = true;
+    for (uint32_t at = qw_next_on_boundary(o->mesh, h); at != h; at = qw_next_on_boundary(o->mesh, at)) {
+        bool is_cut = lies_in_cut(o, at);
+        if (was_cut && !is_cut) first = at;
+        was_cut = is_cut, o->is_closed &= !is_cut;
+    }
+    if (was_cut) first = h;
+    o->count = 0, o->length = 0, h = first;
+    do {
+        o->half[o->count++] = h, o->length += (double)qw_edge_length(o->mesh, h), seen[h] = 1;
+        h = qw_next_on_boundary(o->mesh, h);
+    } while (h != first && !lies_in_cut(o, h));
+}
+
+static uint32_t count_corners(const opening *o)
+{
+    qw_env *env = o->run->env;
+    const qw_trimesh *m = o->mesh;
+    uint32_t corners = 0;
+    double at = 0, first = 0, last = -INFINITY, near = o->length / OF_LENGTH; /* two nearer than that are one */
+    uint8_t *kind;
+    qw_vec3 *direction;
+    qw_scope_begin(env);
+    float *span = QW_NEW_ZERO(env, float, m->vertex_count);
+    for (uint32_t i = 0; i < o->count; i++) span[m->corner[o->half[i]]] = (float)near;
+    qw_find_constraints(env, m, true, CORNER, span, NULL, &kind, &direction);
+    for (uint32_t i = 0; i < o->count; i++) {
+        bool is_end = i == 0 && !o->is_closed;
+        if (kind[m->corner[o->half[i]]] == QW_VERTEX_CORNER && !is_end && at - last > near) {
+            if (corners++ == 0) first = at;
+            last = at;
+        }
+        at += (double)qw_edge_length(m, o->half[i]);
+    }
+    qw_scope_end(env);
+    return corners > 1 && o->is_closed && first + o->length - last <= near ? corners - 1 : corners;
+}
+
+qw_openings qw_find_openings(const qw_run_state *run, double rho)
+{
+    qw_env *env = run->env;
+    const qw_trimesh *m = &run->surface;
+    uint32_t sides = 3 * m->face_count, rims = 0;
+    for (uint32_t h = 0; h < sides; h++) rims += m->twin[h] == QW_NONE;
+    qw_openings found = {{0, QW_NEW_ZERO(env, uint32_t, (size_t)rims + 1), QW_NEW(env, qw_vec3, 2 * (size_t)rims),
+                          QW_NEW(env, uint8_t, rims)},
+                         QW_NEW(env, uint32_t, 2 * (size_t)rims)};
+    opening o = {run, m, QW_NEW(env, uint32_t, rims), 0, false, 0};
+    uint8_t *seen = QW_NEW_ZERO(env, uint8_t, sides);
+    double most = QW_NECK_RATIO * run->options.rings * 4 * QW_PI * qw_trimesh_area(m);
+    qw_necks *n = &found.curves;
+    for (uint32_t h = 0; h < sides; h++) {
+        if (m->twin[h] != QW_NONE || seen[h] || lies_in_cut(&o, h)) continue;
+        walk(&o, h, seen);
+        double whole = o.is_closed ? o.length : 2 * o.length;
+        if (n->count == QW_MOST_NECKS || o.count < 3 || whole * whole > most) continue;
+        uint32_t begin = n->begin[n->count];
+        for (uint32_t i = 0; i < o.count; i++) {
+            found.half[begin + i] = o.half[i];
+            n->point[begin + i] = m->position[m->corner[o.half[i]]];
+        }
+        n->point[begin + o.count] = m->position[m->corner[qw_next(o.half[o.count - 1])]];
+        if (!qw_fits_on_neck(n->point + begin, o.count + 1, rho) || count_corners(&o) * (o.is_closed ? 1 : 2) > CORNERS)
+            continue;
+        n->is_pocket[n->count++] = 1, n->begin[n->count] = begin + o.count + 1;
+    }
+    return found;
+}
+
+void qw_mark_openings(qw_run_state *run, const qw_openings *openings)
+{
+    const qw_necks *n = &openings->curves;
+    if (n->count > 0 && !run->surface.mark) {
+        run->surface.mark = QW_NEW_ZERO(run->env, uint8_t, 3 * run->surface.face_count);
+        qw_keep(run->env, run->surface.mark);
+    }
+    for (uint32_t i = 0; i < n->count; i++)
+        for (uint32_t k = n->begin[i]; k + 1 < n->begin[i + 1]; k++) run->surface.mark[openings->half[k]] = QW_MARKS;
+}

@@ -1,0 +1,16 @@
+/* Openings that have rings around them: eyes, mouths, sleeves and collars of surfaces that end there. */
+#pragma once
+
+#include "whole/state.h"
+
+typedef struct qw_openings {
+    qw_necks curves;
+    uint32_t *half; /* beside curves.point: the half-edge of the boundary that begins there */
+} qw_openings;
+
+/* The boundary loops that are round or a slit, and short enough, as q of necks (remesh/sizes/necks.h) is limited; of
+   those that a cut halves, the halves. In the current scope. */
+qw_openings qw_find_openings(const qw_run_state *run, double rho);
+
+/* Marks them on the surface as curves of nests. */
+void qw_mark_openings(qw_run_state *run, const qw_openings *openings);
