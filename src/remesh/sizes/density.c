@@ -165,9 +165,9 @@ void qw_fit_between_curves(qw_env *env, const qw_trimesh *m, bool with_boundary,
 
 /* ---- all together */
 
-/* Sizes go as these powers of 1 / curvature; docs/dev/decisions/density.md has others. Up to the strength NEAREST: of
-   the bend near by, which brings the quads nearest to the surface. At strength 1, as people have them: of the bend
-   and of the lesser curvature, which say how much there is to see, in the balls between and far around. */
+/* Sizes go as these powers of 1 / curvature. Up to the strength NEAREST: of the bend near by, which brings the quads
+   nearest to the surface. At strength 1, as people have them: of the bend and of the lesser curvature, which say how
+   much there is to see, in the balls between and far around. */
 enum { BEND_NEAR, BEND_BETWEEN, LESSER_BETWEEN, LESSER_FAR, POWERS };
 static const double NEAREST_POWER[POWERS] = {0.36}, SEEN_POWER[POWERS] = {0.1, 0.15, 0.6, 0.35};
 static const double NEAREST = 0.5;
