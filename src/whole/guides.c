@@ -295,8 +295,9 @@ static void find_necks(qw_run_state *run, double rho, qw_necks *necks, qw_openin
 {
     double most = qw_trimesh_area(&run->surface) / (QUADS_OF_NECK * rho * rho);
     *necks = qw_find_necks(run->env, &run->surface, rho, run->input.cut, run->options.rings);
-    if (necks->count > most) necks->count = 0;
-    if (!run->mirror.is_used || qw_keeps_rims(run) || !qw_uses(run->env, QW_MECH_OPENINGS)) return;
+    bool has_room = necks->count <= most;
+    if (!has_room) necks->count = 0;
+    if (!has_room || !run->mirror.is_used || qw_keeps_rims(run) || !qw_uses(run->env, QW_MECH_OPENINGS)) return;
     *openings = qw_find_openings(run, rho);
     if (openings->curves.count > most) openings->curves.count = 0;
     qw_mark_openings(run, openings);
