@@ -156,7 +156,7 @@ def test_symmetry(tool, tmp_path, surface):
 
 
 def test_motion():
-    """Weights steer by themselves."""
+    """Weights steer by themselves. The ends of the tube, which have rings too, are left out."""
     n, m = 48, 80
     a, z = np.meshgrid(2 * np.pi * np.arange(n) / n, np.linspace(-4, 4, m))
     points = np.stack([np.cos(a), np.sin(a), z], -1).reshape(-1, 3)
@@ -165,7 +165,7 @@ def test_motion():
     weight = np.clip(0.5 + (points[:, 2] + 0.7 * points[:, 1]) / 2, 0, 1)
     weights = Attribute(np.stack([1 - weight, weight], -1).astype(np.float32), "vertex", "weights", groups=np.tile(np.array([0, 1], np.uint32), (len(points), 1)))
     remesher = quadwright.Remesher(points, faces, attributes={"weights": weights})
-    assert remesher.remesh(faces=600).report["nests"] == 1
-    without = remesher.remesh(faces=600, follow_motion=0)
+    assert remesher.remesh(faces=600, rings=0).report["nests"] == 1
+    without = remesher.remesh(faces=600, rings=0, follow_motion=0)
     assert without.report["nests"] == 0
-    assert np.array_equal(without.quads, quadwright.remesh(points, faces, faces=600).quads)
+    assert np.array_equal(without.quads, quadwright.remesh(points, faces, faces=600, rings=0).quads)
