@@ -8,9 +8,8 @@
 
 #include <math.h>
 
-/* Where all of a movement changes within so many radii of a limb, its directions count in full, and where within twice
-   as many, not at all. A limb's radius is told by how far it bends within an edge, which is known down to LEAST_BEND.
- */
+/* A movement that changes wholly within so many radii of a limb steers in full, one that takes twice as many not at
+   all. A limb's radius is told by how far it bends within an edge; LEAST_BEND is the least that is known of that. */
 static const float MOTION_RADII = 1, LEAST_BEND = 0.12f;
 
 static bool is_asked(const qw_run_state *run)

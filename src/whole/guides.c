@@ -255,7 +255,7 @@ static void add_steps_of(taking *t, const qw_necks *curves)
 /* Adds the openings, which need not be drawn. */
 static void add_openings(taking *t, const qw_necks *openings)
 {
-    for (uint32_t i = 0; i < openings->count && t->taken.count < QW_MOST_NECKS; i++)
+    for (uint32_t i = 0; i < openings->count; i++)
         take(t, openings->point + openings->begin[i], openings->begin[i + 1] - openings->begin[i], 1);
 }
 
@@ -289,8 +289,8 @@ static void engrave_taken(taking *t)
     }
 }
 
-/* Necks and, beside a plane of symmetry, openings, as far as each has its share of the quads: what is no face or body
-   is rarely symmetric, and its holes are no eyes. */
+/* Finds necks and, where there is a plane of symmetry, openings; none where quads are too few for each to have its
+   share. Without a plane a surface is rarely a face or a body, and its holes are no eyes. */
 static void find_necks(qw_run_state *run, double rho, qw_necks *necks, qw_openings *openings)
 {
     double most = qw_trimesh_area(&run->surface) / (QUADS_OF_NECK * rho * rho);

@@ -46,27 +46,37 @@ static void walk(opening *o, uint32_t h, uint8_t *seen)
     } while (h != first && !lies_in_cut(o, h));
 }
 
-static uint32_t count_corners(const opening *o)
+/* uint8_t[vertices]: kinds of constraint, with the corners of all openings. */
+static uint8_t *find_corners(opening *o)
 {
     qw_env *env = o->run->env;
     const qw_trimesh *m = o->mesh;
-    uint32_t corners = 0;
-    double at = 0, first = 0, last = -INFINITY, near = o->length / OF_LENGTH; /* two nearer than that are one */
-    uint8_t *kind;
+    uint8_t *kind, *seen = QW_NEW_ZERO(env, uint8_t, 3 * m->face_count);
     qw_vec3 *direction;
-    qw_scope_begin(env);
     float *span = QW_NEW_ZERO(env, float, m->vertex_count);
-    for (uint32_t i = 0; i < o->count; i++) span[m->corner[o->half[i]]] = (float)near;
+    for (uint32_t h = 0; h < 3 * m->face_count; h++) {
+        if (m->twin[h] != QW_NONE || seen[h] || lies_in_cut(o, h)) continue;
+        walk(o, h, seen);
+        for (uint32_t i = 0; i < o->count; i++) span[m->corner[o->half[i]]] = (float)(o->length / OF_LENGTH);
+    }
     qw_find_constraints(env, m, true, CORNER, span, NULL, &kind, &direction);
+    qw_free(env, span), qw_free(env, seen), qw_free(env, direction);
+    return kind;
+}
+
+/* Corners nearer to one another than an eighth of the length are one; the ends of a half are none. */
+static uint32_t count_corners(const opening *o, const uint8_t *kind)
+{
+    uint32_t corners = 0;
+    double at = 0, first = 0, last = -INFINITY, near = o->length / OF_LENGTH;
     for (uint32_t i = 0; i < o->count; i++) {
         bool is_end = i == 0 && !o->is_closed;
-        if (kind[m->corner[o->half[i]]] == QW_VERTEX_CORNER && !is_end && at - last > near) {
+        if (kind[o->mesh->corner[o->half[i]]] == QW_VERTEX_CORNER && !is_end && at - last > near) {
             if (corners++ == 0) first = at;
             last = at;
         }
-        at += (double)qw_edge_length(m, o->half[i]);
+        at += (double)qw_edge_length(o->mesh, o->half[i]);
     }
-    qw_scope_end(env);
     return corners > 1 && o->is_closed && first + o->length - last <= near ? corners - 1 : corners;
 }
 
@@ -80,22 +90,24 @@ qw_openings qw_find_openings(const qw_run_state *run, double rho)
                           QW_NEW(env, uint8_t, rims)},
                          QW_NEW(env, uint32_t, 2 * (size_t)rims)};
     opening o = {run, m, QW_NEW(env, uint32_t, rims), 0, false, 0};
+    const uint8_t *kind = find_corners(&o);
     uint8_t *seen = QW_NEW_ZERO(env, uint8_t, sides);
     double most = QW_NECK_RATIO * run->options.rings * 4 * QW_PI * qw_trimesh_area(m);
     qw_necks *n = &found.curves;
     for (uint32_t h = 0; h < sides; h++) {
         if (m->twin[h] != QW_NONE || seen[h] || lies_in_cut(&o, h)) continue;
         walk(&o, h, seen);
-        double whole = o.is_closed ? o.length : 2 * o.length;
-        if (n->count == QW_MOST_NECKS || o.count < 3 || whole * whole > most) continue;
+        double halves = o.is_closed ? 1 : 2, whole = halves * o.length;
+        if (n->count == QW_MOST_NECKS || o.count < 3 || whole * whole > most ||
+            halves * count_corners(&o, kind) > CORNERS)
+            continue;
         uint32_t begin = n->begin[n->count];
         for (uint32_t i = 0; i < o.count; i++) {
             found.half[begin + i] = o.half[i];
             n->point[begin + i] = m->position[m->corner[o.half[i]]];
         }
         n->point[begin + o.count] = m->position[m->corner[qw_next(o.half[o.count - 1])]];
-        if (!qw_fits_on_neck(n->point + begin, o.count + 1, rho) || count_corners(&o) * (o.is_closed ? 1 : 2) > CORNERS)
-            continue;
+        if (!qw_fits_on_neck(n->point + begin, o.count + 1, rho)) continue;
         n->is_pocket[n->count++] = 1, n->begin[n->count] = begin + o.count + 1;
     }
     return found;
