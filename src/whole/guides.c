@@ -135,7 +135,7 @@ void qw_engrave_guides(qw_run_state *run)
 
 /* At a joint so many rows fit across, by how fast movement changes in its middle: three in all. */
 enum { ROWS_OF_JOINT = 2 };
-/* Nothing that was drawn is nearer to a joint or a neck than so many edges. */
+/* Nothing that was drawn is nearer to a joint or a neck than so many edges, or its radius. */
 static const float APART = 3;
 /* Of so many quads one neck or opening takes its share: where all that are found have fewer, none is taken, as rings
    around some horns would leave no quads for the others. */
@@ -186,15 +186,15 @@ static double edges_on(const taking *t, const qw_vec3 *point, uint32_t count, do
     return edges;
 }
 
-/* Whether nothing lies so near to a curve of so many edges. */
+/* Whether nothing lies so near to a curve of so many edges, nor nearer than its radius: rows of two nests would be
+   squeezed between them. */
 static bool is_free(const taking *t, const qw_vec3 *point, uint32_t count, double edges)
 {
     bool is_closed = qw_distance(point[0], point[count - 1]) == 0, is_free = true;
     float length = 0;
     if (t->steps == 0) return true;
     for (uint32_t i = 0; i + 1 < count; i++) length += qw_distance(point[i], point[i + 1]);
-    float near = fmaxf(APART * length / (float)edges,
-                       QW_NECKS_APART_SHARE * length / (float)(is_closed ? 2 * QW_PI : QW_PI));
+    float radius = length / (float)(is_closed ? 2 * QW_PI : QW_PI), near = fmaxf(APART * length / (float)edges, radius);
     qw_scope_begin(t->run->env);
     const qw_curve_tree *drawn = qw_curve_tree_build(t->run->env, t->from, t->to, t->steps);
     for (uint32_t i = 0; i < count && is_free; i++)
