@@ -162,7 +162,7 @@ static void begin_line(list *l)
         is_parted |= *c == ';' || *c == '|';
         points = is_blank ? 0 : points + (*c == ',' || *c == '.');
         blanks += is_blank && c + 1 < end && !strchr(" \t\r", c[1]);
-        is_decimal &= *c != ',' || (points == 1 && c > t->at && is_digit(c[-1]) && is_digit(c[1]));
+        is_decimal &= *c != ',' || (points == 1 && c > t->at && c + 1 < end && is_digit(c[-1]) && is_digit(c[1]));
     }
     l->is_comma_number = is_parted || (is_decimal && blanks >= 2);
 }

@@ -7,8 +7,8 @@
 #include <assert.h>
 #include <math.h>
 
-/* An opening that turns by more than this within an eighth of its length has a corner there: more than a pentagon does.
-   A round one has none, a slit or the lids of an eye two. */
+/* An opening has a corner where it turns by more radians than this, a little more than a pentagon does, within an
+   eighth of its length. Round ones have no corner, slits and the lids of eyes two. */
 static const double CORNER = 0.42 * QW_PI;
 enum { CORNERS = 2, OF_LENGTH = 8 };
 

@@ -8,8 +8,8 @@ typedef struct qw_openings {
     uint32_t *half; /* beside curves.point: the half-edge of the boundary that begins there */
 } qw_openings;
 
-/* The boundary loops that are round or a slit, and short enough, as q of necks (remesh/sizes/necks.h) is limited; of
-   those that a cut halves, the halves. In the current scope. */
+/* The boundary loops that are round or a slit and whose q (remesh/sizes/necks.h), for the area of the whole surface, is
+   small enough; of loops that a cut halves, the halves. rho: mean edge of the quads. In the current scope. */
 qw_openings qw_find_openings(const qw_run_state *run, double rho);
 
 /* Marks them on the surface as curves of nests. */

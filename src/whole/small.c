@@ -83,8 +83,8 @@ typedef struct choice {
     double *share, *most;
 } choice;
 
-/* Closed parts, but never the largest, that get fewer than the four quads around them, as wide as long, that a rod or
-   wire has which is as long, or of their curvature: fields would draw them together or take as many. */
+/* Chooses closed parts that get fewer quads than a rod of their length has with four square ones around it, or than
+   their curvature asks for: fields would draw them together. Never the largest. */
 static void find_thin(qw_env *env, const qw_run_state *run, choice *p)
 {
     const qw_census *census = &run->clean_census;

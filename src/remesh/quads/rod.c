@@ -21,8 +21,8 @@ typedef struct rod {
     section *ring; /* section[rings] */
 } rod;
 
-/* Sets distances from a vertex; returns the vertex that is farthest, and its distance, in units of which the edges of
-   the part have so many. */
+/* Sets the distances from a vertex, along edges, in units; returns the farthest vertex. outgoing: of
+   qw_trimesh_outgoing. */
 static uint32_t measure_from(rod *r, const uint32_t *outgoing, uint32_t from, double unit)
 {
     const qw_trimesh *m = r->part;

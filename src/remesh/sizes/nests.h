@@ -1,4 +1,4 @@
-/* Nests: bands of rings around closed curves that a person drew (eyes, mouths, holes).
+/* Nests: bands of rings around closed curves that were drawn or found, and around openings, which have one side.
  *
  * In a nest the crosses run along the curve and no cone lies in it, so the same number of quads goes around each of
  * its rings. Since the curve itself is a line of the lattice (a feature curve whose mark has the bit QW_MARK_RING), no
