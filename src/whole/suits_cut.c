@@ -51,12 +51,18 @@ static corners count_corners(const qw_run_state *run, const qw_trimesh *m, float
     return count;
 }
 
-/* Whether the surface is a solid of few corners and without handles: its rows run from corner to corner and close, and
-   counts that half of its quads may have lie farther apart. */
+/* Whether the surface is a solid of few corners and without handles, each component of which has sharp edges: its rows
+   run from corner to corner and close, and counts that half of its quads may have lie farther apart. */
 static bool is_plain(const qw_run_state *run, const qw_trimesh *marked, float edge, const qw_mirror_plane *plane)
 {
-    uint32_t count = count_corners(run, marked, edge, plane).all;
-    return count < FEW_CORNERS && run->whole.census.euler == 2 * run->whole.census.components;
+    const qw_census *census = &run->whole.census;
+    if (count_corners(run, marked, edge, plane).all >= FEW_CORNERS || census->euler != 2 * census->components)
+        return false;
+    uint8_t *is_sharp = QW_NEW_ZERO(run->env, uint8_t, (size_t)census->components);
+    int64_t count = 0;
+    for (uint32_t h = 0; h < 3 * marked->face_count; h++)
+        if (marked->mark[h] && !is_sharp[census->component[h / 3]]) is_sharp[census->component[h / 3]] = 1, count++;
+    return count == census->components;
 }
 
 /* How long sharp edges are, in quads' edges, that run along the plane so near to it that what is between has but half
