@@ -13,6 +13,7 @@
 
 #include <cmocka.h>
 
+#include "loaded.h"
 #include "shape_context.h"
 
 static int64_t feature_edges(const shape *s, int64_t faces)
@@ -23,15 +24,20 @@ static int64_t feature_edges(const shape *s, int64_t faces)
     return count;
 }
 
-static qw_result *quads_of(const shape *s, int64_t faces)
+static qw_result *quads_of_view(const qw_mesh_view *view, int64_t faces)
 {
     qw_result *result;
-    qw_mesh_view view = shape_view(s);
     qw_options options;
     qw_options_init(&options);
     options.faces = faces;
-    assert_int_equal(qw_remesh(&view, &options, NULL, &result), QW_OK);
+    assert_int_equal(qw_remesh(view, &options, NULL, &result), QW_OK);
     return result;
+}
+
+static qw_result *quads_of(const shape *s, int64_t faces)
+{
+    qw_mesh_view view = shape_view(s);
+    return quads_of_view(&view, faces);
 }
 
 /* From a point to the nearest vertex of the quads. */
@@ -374,30 +380,19 @@ static void edges_that_no_count_would_hold(void **state)
 
 /* ---- outlines */
 
-/* A plate like an X, its corners turned by 90, 37 and 74 degrees between straight sides: those that turn by more than
-   40 degrees are vertices. */
+/* A plate whose outline turns by 37, 53 and 90 degrees between straight sides: all its corners are vertices. */
 static void corners_of_outlines_are_vertices(void **state)
 {
     (void)state;
-    static const double quarter[4][2] = {{-3, 0}, {-2, 0}, {0, 1.5}, {2, 0}};
-    double position[17 * 3] = {0};
-    uint32_t corner[16 * 3];
-    for (uint32_t i = 0; i < 16; i++) { /* quarters, each turned further about the middle */
-        double x = quarter[i % 4][0], y = quarter[i % 4][1] - 3, *p = position + 3 * (size_t)i;
-        for (uint32_t turn = 0; turn < i / 4; turn++) {
-            double t = x;
-            x = -y, y = t;
-        }
-        p[0] = x, p[1] = y;
-        memcpy(corner + 3 * (size_t)i, (uint32_t[3]){16, i, (i + 1) % 16}, 3 * sizeof *corner);
-    }
-    const shape s = {17, 16, position, corner};
+    qw_mesh *plate = load_file(QW_TEST_DATA "/regress/kinked_plate.obj");
+    qw_mesh_view view = qw_mesh_get(plate);
     for (int64_t faces = 100; faces <= 1000; faces += 300) {
-        qw_result *result = quads_of(&s, faces);
+        qw_result *result = quads_of_view(&view, faces);
         double edge = qw_result_report(result)->mean_edge;
-        for (uint32_t i = 0; i < 16; i += 2) assert_true(distance_to(result, position + 3 * (size_t)i) < 0.02 * edge);
+        for (uint32_t i = 0; i < 5; i++) assert_true(distance_to(result, view.positions + 3 * (size_t)i) < 0.02 * edge);
         qw_result_destroy(result);
     }
+    qw_mesh_destroy(plate);
 }
 
 QW_TEST_SUITE(feature_kinds)

@@ -20,6 +20,10 @@ static const float RIM_REACH = 3.0f;
    quads are so thin that two curves are an edge apart, marks and chains are no guide. */
 static const float DETOUR = 0.5f;
 
+/* A kink turns by less than a corner but more than 25 degrees, cosine, and by no more for an edge of the quads to
+   either side: the quads go on through it, but have a vertex there. */
+static const float KINK_COSINE = 0.90630779f;
+
 /* ---- the input's curves */
 
 typedef struct curve_set {
@@ -89,21 +93,55 @@ static void label_curves(qw_env *env, curve_set *c, const uint8_t *stop)
 
 /* ---- corners */
 
-/* Each corner of the input takes the nearest corner of the quads that seeks it; the others stay where they are. */
-static void pin_corners(qw_env *env, const qw_quadmesh *quads, const qw_trimesh *surface, const uint8_t *corner,
-                        uint8_t *stop, const float *size, qw_vec3 *position)
+/* Whether the curve from v by way of its neighbour `next` goes on as it begins for a length. */
+static bool is_straight(const curve_set *c, uint32_t v, uint32_t next, float length)
+{
+    assert(c->ends && v != next);
+    const qw_vec3 *p = c->surface->position;
+    qw_vec3 along = qw_normalize(qw_sub(p[next], p[v]));
+    for (uint32_t from = v, to = next; qw_distance(p[v], p[to]) < length;) {
+        if (c->ends[to].count != 2) return true; /* as far as it goes */
+        uint32_t after = qw_curve_beyond(c->ends, from, to);
+        from = to, to = after;
+        if (to == v || qw_dot(qw_normalize(qw_sub(p[to], p[from])), along) < KINK_COSINE) return false;
+    }
+    return true;
+}
+
+/* Whether a place lies beside v along one of its two curve edges. */
+static bool is_beside(const curve_set *c, uint32_t v, qw_vec3 place)
+{
+    qw_vec3 at = c->surface->position[v], d = qw_sub(place, at);
+    for (int i = 0; i < 2; i++) {
+        qw_vec3 along = qw_normalize(qw_sub(c->surface->position[c->ends[v].other[i]], at));
+        if (qw_dot(d, along) >= KINK_COSINE * qw_length(d)) return true;
+    }
+    return false;
+}
+
+/* Whether a vertex of the quads at a place on the curves, of that size, may take surface vertex v, which is a kink. */
+static bool takes_kink(const curve_set *c, uint32_t v, qw_vec3 place, float size)
+{
+    const uint32_t *other = c->ends[v].other;
+    return is_straight(c, v, other[0], size) && is_straight(c, v, other[1], size) && is_beside(c, v, place);
+}
+
+/* Each marked vertex of the surface, corner or kink, takes the nearest vertex of the quads of that kind that seeks it,
+   which stays there; the others stay where they are. */
+static void pin(qw_env *env, const qw_quadmesh *quads, const curve_set *c, const uint8_t *mark, uint8_t kind,
+                qw_curve_binding *b, const float *size, qw_vec3 *position)
 {
     assert(quads->kind && size && position);
-    uint32_t count = 0, n = surface->vertex_count;
+    uint32_t count = 0, n = b->surface->vertex_count;
     uint32_t *vertex = QW_NEW(env, uint32_t, n), *owner = QW_NEW(env, uint32_t, n);
     qw_vec3 *place = QW_NEW(env, qw_vec3, n);
     for (uint32_t v = 0; v < n; v++)
-        if (corner[v]) owner[count] = QW_NONE, place[count] = surface->position[v], vertex[count++] = v;
+        if (mark[v]) owner[count] = QW_NONE, place[count] = b->surface->position[v], vertex[count++] = v;
     const qw_curve_tree *tree = qw_curve_tree_build(env, place, place, count); /* segments of no length are points */
     for (uint32_t v = 0; v < quads->vertex_count; v++) {
-        if (quads->kind[v] != QW_VERTEX_CORNER) continue;
+        if (quads->kind[v] != kind) continue;
         uint32_t hit = qw_curve_nearest(tree, position[v], REACH * size[v]).segment;
-        if (hit == QW_NONE) continue;
+        if (hit == QW_NONE || (kind == QW_VERTEX_CURVE && !takes_kink(c, vertex[hit], position[v], size[v]))) continue;
         uint32_t other = owner[hit];
         if (other == QW_NONE || qw_distance(position[v], place[hit]) < qw_distance(position[other], place[hit]))
             owner[hit] = v;
@@ -111,7 +149,8 @@ static void pin_corners(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     for (uint32_t i = 0; i < count; i++) {
         if (owner[i] == QW_NONE) continue;
         position[owner[i]] = place[i];
-        stop[vertex[i]] = 1;
+        quads->kind[owner[i]] = QW_VERTEX_CORNER, b->edge[owner[i]] = QW_NONE;
+        b->stop[vertex[i]] = 1;
     }
     qw_free(env, vertex), qw_free(env, owner), qw_free(env, place);
 }
@@ -237,10 +276,13 @@ qw_curve_binding qw_bind_curves(qw_env *env, const qw_quadmesh *quads, const qw_
     uint8_t *corner = QW_NEW_ZERO(env, uint8_t, surface->vertex_count);
     if (c.count > 0) find_corners(&c, corner, b.stop);
     for (uint32_t v = 0; surface->point && v < surface->vertex_count; v++) corner[v] |= surface->point[v];
-    pin_corners(env, quads, surface, corner, b.stop, size, position);
+    pin(env, quads, &c, corner, QW_VERTEX_CORNER, &b, size, position);
     if (c.count == 0) return b;
     label_curves(env, &c, b.stop);
     bind_vertices(env, quads, &c, &b, size, position);
+    for (uint32_t v = 0; v < surface->vertex_count; v++)
+        corner[v] = !corner[v] && c.ends[v].count == 2 && qw_is_curve_corner(surface, c.ends, v, KINK_COSINE);
+    pin(env, quads, &c, corner, QW_VERTEX_CURVE, &b, size, position);
     return b;
 }
 
