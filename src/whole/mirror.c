@@ -566,6 +566,23 @@ static bool use_found(qw_run_state *run, const qw_mirror_search *found, uint32_t
     return false;
 }
 
+/* Whether the surface is turned about an axis: planes through it have another between them, at no angle that polygons
+   have. */
+static bool is_turned(const qw_run_state *run, const qw_mirror_search *found, uint32_t count)
+{
+    for (uint32_t j = 1; j < count; j++)
+        for (uint32_t i = 0; i < j && found[j].most <= NEARLY; i++) {
+            const qw_mirror_plane *a = &found[i].plane, *b = &found[j].plane;
+            double normal[3];
+            for (int k = 0; k < 3; k++) normal[k] = a->normal[k] + 2 * b->normal[k];
+            qw_mirror_plane between = qw_mirror_plane_of(normal, a->offset + 2 * b->offset);
+            if (qw_judge_mirror_plane(run->env, &run->whole.clean.mesh, &run->whole.clean.frame, &between).most <=
+                NEARLY)
+                return true;
+        }
+    return false;
+}
+
 static void take_one_side_if_alike(qw_run_state *run)
 {
     qw_mirror_search found[QW_MOST_PLANES];
@@ -581,7 +598,7 @@ static void take_one_side_if_alike(qw_run_state *run)
     }
     bool is_auto = run->options.symmetry == QW_SYMMETRY_AUTO;
     double edge = sqrt(run->whole.area / qw_faces_wanted(run, &run->options));
-    if (is_auto && (wants_whole(run) || !qw_suits_cut(run, &found[0].plane))) {
+    if (is_auto && (wants_whole(run) || !qw_suits_cut(run, &found[0].plane, is_turned(run, found, count)))) {
         log_not_used(run, "tips, narrow parts, creases that were sampled, circles and boundaries that stay are better "
                           "off without the plane "
                           "of symmetry");

@@ -28,19 +28,22 @@ enum { FEW_CORNERS = 16 };
 static const double ACUTE = 0.55 * QW_PI;
 
 /* Of corners that the surface has for quads of that edge, tips and acute ones of a boundary among them, how many there
-   are and how many lie on the plane. */
+   are, how many lie on the plane, and how many components have any. */
 typedef struct corners {
-    uint32_t all, on;
+    uint32_t all, on, components;
 } corners;
 
 static corners count_corners(const qw_run_state *run, const qw_trimesh *m, float edge, const qw_mirror_plane *plane)
 {
-    corners count = {0, 0};
+    corners count = {0};
     float *span = QW_NEW(run->env, float, m->vertex_count);
-    uint8_t *kind;
+    uint8_t *kind, *has_any = QW_NEW_ZERO(run->env, uint8_t, (size_t)run->whole.census.components);
     qw_vec3 *direction;
     for (uint32_t v = 0; v < m->vertex_count; v++) span[v] = edge;
     qw_find_constraints(run->env, m, true, ACUTE, span, NULL, &kind, &direction);
+    for (uint32_t h = 0; h < 3 * m->face_count; h++)
+        if (kind[m->corner[h]] == QW_VERTEX_CORNER) has_any[run->whole.census.component[h / 3]] = 1;
+    for (int64_t c = 0; c < run->whole.census.components; c++) count.components += has_any[c];
     for (uint32_t v = 0; v < m->vertex_count; v++) {
         double p[3];
         if (kind[v] != QW_VERTEX_CORNER) continue;
@@ -51,18 +54,16 @@ static corners count_corners(const qw_run_state *run, const qw_trimesh *m, float
     return count;
 }
 
-/* Whether the surface is a solid of few corners and without handles, each component of which has sharp edges: its rows
-   run from corner to corner and close, and counts that half of its quads may have lie farther apart. */
-static bool is_plain(const qw_run_state *run, const qw_trimesh *marked, float edge, const qw_mirror_plane *plane)
+/* Whether the surface is a solid of few corners and without handles, but with a corner on each component, or turned:
+   its rows run from corner to corner, or around and along, and close, and counts that half of its quads may have lie
+   farther apart. */
+static bool is_plain(const qw_run_state *run, const qw_trimesh *marked, float edge, const qw_mirror_plane *plane,
+                     bool is_turned)
 {
-    const qw_census *census = &run->whole.census;
-    if (count_corners(run, marked, edge, plane).all >= FEW_CORNERS || census->euler != 2 * census->components)
-        return false;
-    uint8_t *is_sharp = QW_NEW_ZERO(run->env, uint8_t, (size_t)census->components);
-    int64_t count = 0;
-    for (uint32_t h = 0; h < 3 * marked->face_count; h++)
-        if (marked->mark[h] && !is_sharp[census->component[h / 3]]) is_sharp[census->component[h / 3]] = 1, count++;
-    return count == census->components;
+    corners count = count_corners(run, marked, edge, plane);
+    int64_t components = run->whole.census.components;
+    return count.all < FEW_CORNERS && (count.components == components || is_turned) &&
+           run->whole.census.euler == 2 * components;
 }
 
 /* How long sharp edges are, in quads' edges, that run along the plane so near to it that what is between has but half
@@ -110,7 +111,7 @@ bool qw_is_sharp(const qw_run_state *run)
     return is;
 }
 
-bool qw_suits_cut(const qw_run_state *run, const qw_mirror_plane *plane)
+bool qw_suits_cut(const qw_run_state *run, const qw_mirror_plane *plane, bool is_turned)
 {
     qw_env *env = run->env;
     float edge = (float)sqrt(run->whole.area / QUADS);
@@ -120,7 +121,8 @@ bool qw_suits_cut(const qw_run_state *run, const qw_mirror_plane *plane)
     bool is_sharp = has_sharp(run, &surface);
     double quad = sqrt(run->whole.area / qw_faces_wanted(run, &run->options));
     bool is_easy = length_of_narrow(run, &surface, quad, plane) < MUCH_NARROW;
-    if (is_sharp && is_easy) is_easy = run->whole.clean.wrapped == 0 && !is_plain(run, &surface, edge, plane);
+    if (is_sharp && is_easy)
+        is_easy = run->whole.clean.wrapped == 0 && !is_plain(run, &surface, edge, plane, is_turned);
     if (is_easy && run->options.sharp_angle < 0) {
         qw_find_points(env, &surface, edge);
         surface.mark = NULL; /* where sharp edges meet on the plane nothing is lost */

@@ -5,8 +5,9 @@
 
 /* Whether half of the surface can be made into quads as well as the whole. It cannot where a tip lies on the plane,
    where the plane cuts along what is narrow, where creases were sampled, if it is a plain solid, or if it has sharp
-   edges and was wrapped: the two sides of a wrapped sheet are fitted at once. Needs what CLEAN leaves. */
-bool qw_suits_cut(const qw_run_state *run, const qw_mirror_plane *plane);
+   edges and was wrapped: the two sides of a wrapped sheet are fitted at once. is_turned: it is a solid of revolution.
+   Needs what CLEAN leaves. */
+bool qw_suits_cut(const qw_run_state *run, const qw_mirror_plane *plane, bool is_turned);
 
 /* Whether the surface has sharp edges of some length. */
 bool qw_is_sharp(const qw_run_state *run);

@@ -93,19 +93,20 @@ static void label_curves(qw_env *env, curve_set *c, const uint8_t *stop)
 
 /* ---- corners */
 
-/* Whether the curve from v by way of its neighbour `next` goes on as it begins for a length. */
-static bool is_straight(const curve_set *c, uint32_t v, uint32_t next, float length)
+/* Where the curve from v by way of its neighbour `to` first turns off by more than a kink; QW_NONE: before that length.
+ */
+static uint32_t end_of_side(const curve_set *c, uint32_t v, uint32_t to, float length)
 {
-    assert(c->ends && v != next);
+    assert(c->ends && v != to);
     const qw_vec3 *p = c->surface->position;
-    qw_vec3 along = qw_normalize(qw_sub(p[next], p[v]));
-    for (uint32_t from = v, to = next; qw_distance(p[v], p[to]) < length;) {
-        if (c->ends[to].count != 2) return true; /* as far as it goes */
+    qw_vec3 along = qw_normalize(qw_sub(p[to], p[v]));
+    for (uint32_t from = v; to != v && c->ends[to].count == 2;) {
         uint32_t after = qw_curve_beyond(c->ends, from, to);
+        if (qw_dot(qw_normalize(qw_sub(p[after], p[to])), along) < KINK_COSINE)
+            return qw_distance(p[v], p[to]) < length ? QW_NONE : to;
         from = to, to = after;
-        if (to == v || qw_dot(qw_normalize(qw_sub(p[to], p[from])), along) < KINK_COSINE) return false;
     }
-    return true;
+    return to;
 }
 
 /* Whether a place lies beside v along one of its two curve edges. */
@@ -119,11 +120,13 @@ static bool is_beside(const curve_set *c, uint32_t v, qw_vec3 place)
     return false;
 }
 
-/* Whether a vertex of the quads at a place on the curves, of that size, may take surface vertex v, which is a kink. */
-static bool takes_kink(const curve_set *c, uint32_t v, qw_vec3 place, float size)
+/* Whether a vertex of the quads at a place on the curves, of that size, may take kink v: not beside another, as those
+   of a circle of few edges are. */
+static bool takes_kink(const curve_set *c, const uint8_t *kink, uint32_t v, qw_vec3 place, float size)
 {
-    const uint32_t *other = c->ends[v].other;
-    return is_straight(c, v, other[0], size) && is_straight(c, v, other[1], size) && is_beside(c, v, place);
+    uint32_t end[2];
+    for (int i = 0; i < 2; i++) end[i] = end_of_side(c, v, c->ends[v].other[i], size);
+    return end[0] != QW_NONE && end[1] != QW_NONE && !kink[end[0]] && !kink[end[1]] && is_beside(c, v, place);
 }
 
 /* Each marked vertex of the surface, corner or kink, takes the nearest vertex of the quads of that kind that seeks it,
@@ -141,7 +144,8 @@ static void pin(qw_env *env, const qw_quadmesh *quads, const curve_set *c, const
     for (uint32_t v = 0; v < quads->vertex_count; v++) {
         if (quads->kind[v] != kind) continue;
         uint32_t hit = qw_curve_nearest(tree, position[v], REACH * size[v]).segment;
-        if (hit == QW_NONE || (kind == QW_VERTEX_CURVE && !takes_kink(c, vertex[hit], position[v], size[v]))) continue;
+        if (hit == QW_NONE || (kind == QW_VERTEX_CURVE && !takes_kink(c, mark, vertex[hit], position[v], size[v])))
+            continue;
         uint32_t other = owner[hit];
         if (other == QW_NONE || qw_distance(position[v], place[hit]) < qw_distance(position[other], place[hit]))
             owner[hit] = v;
