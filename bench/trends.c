@@ -6,8 +6,6 @@
 
 #include <stdio.h>
 
-static const double PI = 3.14159265358979;
-
 /* The result of the options on a surface; NULL where the run failed. */
 static qw_result *result_of(const shape *s, const qw_options *options)
 {
@@ -29,34 +27,6 @@ static qw_options asking(int64_t faces)
 static void print_row(const char *name, double value, int64_t of)
 {
     printf("%s\t%.4g\t%lld\n", name, value, (long long)of);
-}
-
-/* A prism 20 high over a rectangle with round corners, its rims chamfered at 45 degrees: rings of 28 points at four
-   heights, and a point amid either end. */
-static void at_prism(double u, double v, double p[3])
-{
-    enum { ARC = 7 };
-    static const double radius[] = {0, 2, 4, 4, 2, 0}, height[] = {0, 0, 2, 18, 20, 20};
-    int i = (int)(u * 4 * ARC + 0.5) % (4 * ARC), corner = i / ARC, ring = (int)(v * 5 + 0.5);
-    double a = PI / 2 * (corner + (double)(i % ARC) / (ARC - 1)), r = radius[ring], out = r > 0;
-    p[0] = out * (corner % 3 ? -21 : 21) + r * cos(a), p[1] = out * (corner < 2 ? 11 : -11) + r * sin(a);
-    p[2] = height[ring];
-}
-
-/* Lines between the cones at the ends cross four curves, which may pass close to them. */
-static void chamfered_prisms(void)
-{
-    int64_t crossing = 0, runs = 0;
-    shape s = shape_of_sheet(&(shape_sheet){28, 5, true, false, false, at_prism});
-    for (int64_t faces = 300; faces <= 1300; faces += 50, runs++) {
-        qw_options o = asking(faces);
-        o.adaptive = 0;
-        qw_result *result = result_of(&s, &o);
-        crossing += !result || qw_result_report(result)->simple < 1;
-        qw_result_destroy(result);
-    }
-    print_row("chamfered prisms of which a strip crosses itself", (double)crossing, runs);
-    shape_free(&s);
 }
 
 static shape horned(int horns, double width, double longer)
@@ -111,7 +81,6 @@ static void low_jacobians(void)
 
 int main(void)
 {
-    chamfered_prisms();
     horns();
     low_jacobians();
     return 0;

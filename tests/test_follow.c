@@ -70,7 +70,7 @@ static void at_prism(double u, double v, double p[3])
 }
 
 /* Lines between the cones at the ends cross four curves, which may pass close to them. Whatever the count, each end has
-   its four cones and no others (how many strips cross themselves is a trend: bench/trends.c). */
+   its four cones and no others, and no strip crosses itself. */
 static void chamfered_prisms_have_eight_cones(void **state)
 {
     (void)state;
@@ -79,6 +79,7 @@ static void chamfered_prisms_have_eight_cones(void **state)
         int64_t irregular;
         qw_quality quality = quality_of(&s, faces, -1, &irregular);
         assert_int_equal(irregular, 8);
+        assert_int_equal(quality.crossing, 0);
         assert_true(quality.follow < 10);
     }
     shape_free(&s);
