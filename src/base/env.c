@@ -477,7 +477,7 @@ static void run_block(void *user, uint32_t index)
     blocks *b = user;
     if (b->env->cancelled) return;
     uint32_t begin = index * b->grain, end = b->count - begin > b->grain ? begin + b->grain : b->count;
-    b->task(b->user, index, begin, end);
+    b->task(b->user, begin, end);
     (void)qw_listen(b->env);
 }
 
@@ -490,7 +490,7 @@ void qw_parallel(qw_env *env, uint32_t count, uint32_t grain, qw_task task, void
     if (block_count == 0) return;
     bool small = block_count == 1 && count < SMALL_COUNT;
     env->caller = qw_thread_here();
-    if (small) task(user, 0, 0, count);
+    if (small) task(user, 0, count);
     else if (block_count == 1) run_block(&b, 0);
     else if (env->host.parallel) env->host.parallel(env->host.parallel_user, block_count, run_block, &b);
     else qw_pool_run(env->pool, block_count, run_block, listen_idly, &b);

@@ -105,10 +105,10 @@ void qw_log(qw_env *env, qw_log_level level, const char *format, ...) __attribut
  * As many pass between two calls of qw_heartbeat, too. */
 enum { QW_GRAIN_LIGHT = 4096, QW_GRAIN = 1024, QW_GRAIN_HEAVY = 256, QW_GRAIN_SEARCH = 64 };
 
-/* Splits 0..count-1 into blocks of `grain` (the last may be shorter) and runs task(user, block, begin, end) for each,
-   on the run's threads. The split never depends on the number of threads, so a task that writes only what belongs to
+/* Splits 0..count-1 into blocks of `grain` (the last may be shorter) and runs task(user, begin, end) for each, on the
+   run's threads. The split never depends on the number of threads, so a task that writes only what belongs to
    its block gives the same bytes on any machine; sums are kept a block and added up in order by the caller. */
-typedef void (*qw_task)(void *user, uint32_t block, uint32_t begin, uint32_t end);
+typedef void (*qw_task)(void *user, uint32_t begin, uint32_t end);
 void qw_parallel(qw_env *env, uint32_t count, uint32_t grain, qw_task task, void *user);
 /* For tasks that take long: as qw_heartbeat, but never unwinds. False once the host has cancelled the run: the
    task's result is not wanted any more. May be called on any thread; only that which called qw_parallel speaks to the

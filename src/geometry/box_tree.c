@@ -94,20 +94,20 @@ static uint32_t highest_change(const uint64_t *keys, uint32_t begin, uint32_t en
 
 /* ---- cells */
 
-static void hold_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void hold_block(void *user, uint32_t begin, uint32_t end)
 {
     const build *b = user;
     grid g = empty_grid;
     for (uint32_t i = begin; i < end; i++) hold_centre(&g, &b->boxes[i]);
-    b->grids[block] = g;
+    b->grids[begin / BLOCK] = g;
 }
 
 /* The coarse cell of each box of a block, and how many boxes are in each. */
-static void code_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void code_block(void *user, uint32_t begin, uint32_t end)
 {
     const build *b = user;
-    uint32_t *count = b->places[block];
-    memset(count, 0, sizeof b->places[block]);
+    uint32_t *count = b->places[begin / BLOCK];
+    memset(count, 0, sizeof b->places[begin / BLOCK]);
     for (uint32_t i = begin; i < end; i++) {
         uint32_t cell = code_in(b->grids, &b->boxes[i], (1 << CELL_BITS) - 1);
         b->spare[i] = (uint64_t)cell << 32 | i;
@@ -115,10 +115,10 @@ static void code_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
     }
 }
 
-static void place_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void place_block(void *user, uint32_t begin, uint32_t end)
 {
     const build *b = user;
-    uint32_t *next = b->places[block];
+    uint32_t *next = b->places[begin / BLOCK];
     for (uint32_t i = begin; i < end; i++) b->keys[next[code_of(b->spare[i])]++] = b->spare[i];
 }
 
@@ -270,9 +270,8 @@ static void build_subtree(const build *b, chore whole)
 }
 
 /* The subtrees below some of the coarse cells. */
-static void build_cells(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void build_cells(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const build *b = user;
     for (uint32_t i = begin; i < end; i++)
         if (b->cell_begin[i] < b->cell_begin[i + 1])

@@ -214,9 +214,8 @@ typedef struct fill {
     uint32_t *order; /* faces in leaf order */
 } fill;
 
-static void fill_boxes(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void fill_boxes(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const fill *f = user;
     for (uint32_t i = begin; i < end; i++) {
         const uint32_t *c = f->mesh->corner + 3 * (size_t)i;
@@ -236,9 +235,8 @@ static disc disc_of(const triangle *t)
     return d;
 }
 
-static void fill_discs(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void fill_discs(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const fill *f = user;
     for (uint32_t i = begin; i < end; i++) {
         triangle t = triangle_of(f->bvh, f->order[i]);
@@ -304,10 +302,9 @@ static void list_subtrees(subtrees *s, uint32_t node, uint32_t levels)
     else if (n->count == 0) list_subtrees(s, n->first, levels - 1), list_subtrees(s, n->first + 1, levels - 1);
 }
 
-static void fill_subtrees(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void fill_subtrees(void *user, uint32_t begin, uint32_t end)
 {
     subtrees *s = user;
-    (void)block;
     for (uint32_t i = begin; i < end; i++) fill_normals(s->bvh, s->node[i], QW_BOX_STACK);
 }
 

@@ -77,9 +77,8 @@ static double turn_across(const piece_task *t, uint32_t h, uint32_t g, qw_vec3 a
 }
 
 /* Into how many pieces each edge is cut: half a radius long at most; 0 where nothing bends. */
-static void count_edge_pieces(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void count_edge_pieces(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const piece_task *t = user;
     for (uint32_t e = begin; e < end; e++) {
         uint32_t h = t->sides[e][0], g = t->sides[e][1];
@@ -91,9 +90,8 @@ static void count_edge_pieces(void *user, uint32_t block, uint32_t begin, uint32
 }
 
 /* The pieces of each edge, with their share of what it bends. */
-static void fill_edge_pieces(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void fill_edge_pieces(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const piece_task *t = user;
     for (uint32_t e = begin; e < end; e++) {
         uint32_t h = t->sides[e][0], g = t->sides[e][1], cuts = t->begin[e + 1] - t->begin[e];
@@ -109,9 +107,8 @@ static void fill_edge_pieces(void *user, uint32_t block, uint32_t begin, uint32_
     }
 }
 
-static void count_area_pieces(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void count_area_pieces(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const piece_task *t = user;
     for (uint32_t f = begin; f < end; f++) {
         double pieces = qw_ceil(triangle_area(t, f) / t->piece_area);
@@ -120,9 +117,8 @@ static void count_area_pieces(void *user, uint32_t block, uint32_t begin, uint32
 }
 
 /* The pieces of each triangle, spread over it at random. */
-static void fill_area_pieces(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void fill_area_pieces(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const piece_task *t = user;
     for (uint32_t f = begin; f < end; f++) {
         uint32_t first = t->begin[f], count = t->begin[f + 1] - first;
@@ -172,9 +168,8 @@ typedef struct bucket_task {
     uint32_t *bucket; /* written, as the pieces' cells are */
 } bucket_task;
 
-static void bucket_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void bucket_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const bucket_task *t = user;
     for (uint32_t i = begin; i < end; i++) {
         cell own = cell_of(t->piece[i].point, t->radius);

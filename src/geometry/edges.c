@@ -33,9 +33,8 @@ static inline uint32_t *bucket_starts(qw_env *env, uint32_t sides, const uint32_
     return begin;
 }
 
-static void sort_buckets(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void sort_buckets(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const qw_edges *e = user;
     for (uint32_t v = begin; v < end; v++) qw_sort_u64(e->side + e->begin[v], e->begin[v + 1] - e->begin[v]);
 }

@@ -59,9 +59,8 @@ static bool turns_over(const qw_vec3 *before, const qw_vec3 *now, const uint32_t
     return false;
 }
 
-static void judge_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void judge_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const holding *h = user;
     for (uint32_t f = begin; f < end; f++)
         h->is_worse[f] = turns_over(h->before, h->quads->position, h->quads->corner + 4 * (size_t)f);

@@ -54,9 +54,8 @@ typedef struct halving {
 
 static bool leads(const qw_trimesh *m, uint32_t h) { return m->twin[h] == QW_NONE || h < m->twin[h]; }
 
-static void find_long(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void find_long(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const halving *t = user;
     for (uint32_t h = 3 * begin; h < 3 * end; h++)
         t->middle[h] = leads(t->m, h) && qw_length2(qw_edge_way(t->m, h)) > t->longest * t->longest ? 0 : QW_NONE;
@@ -80,9 +79,8 @@ static qw_vec3 middle_of(const qw_trimesh *m, uint32_t h)
 }
 
 /* How each triangle is cut, by which of its edges get a middle: with two of them along the shorter diagonal. */
-static void choose_parting(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void choose_parting(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const halving *t = user;
     for (uint32_t f = begin; f < end; f++) {
         unsigned cut = 0, count = 0;
@@ -145,9 +143,8 @@ static void part_face(const halving *t, uint32_t f)
     }
 }
 
-static void part_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void part_faces(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const halving *t = user;
     for (uint32_t f = begin; f < end; f++) {
         if (t->kind[f] == WHOLE) copy_face(t, f);

@@ -308,9 +308,8 @@ static const uint32_t *corners_at(const sorting *s, uint32_t f)
     return (const uint32_t *)(const void *)(s->corner + f * s->corner_stride);
 }
 
-static void code_vertices(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void code_vertices(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const sorting *s = user;
     for (uint32_t i = begin; i < end; i++) {
         qw_vec3 p = qw_scale(qw_sub(position_at(s, s->order[i]), s->low), s->scale);
@@ -365,9 +364,8 @@ static void sort_vertices(qw_env *env, sorting *s, uint32_t n)
 }
 
 /* The least rank of each triangle's corners, by which triangles are sorted. */
-static void least_corners(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void least_corners(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const sorting *s = user;
     for (uint32_t f = begin; f < end; f++) {
         const uint32_t *corner = corners_at(s, f), *rank = s->vertex_rank;
@@ -424,9 +422,8 @@ static void place_face(const packing *p, qw_edit_face *to)
     }
 }
 
-static void pack_vertices(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void pack_vertices(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const packing *p = user;
     for (uint32_t i = begin; i < end; i++) {
         p->vertex[i] = p->from->vertex[p->order[i]];
@@ -435,9 +432,8 @@ static void pack_vertices(void *user, uint32_t block, uint32_t begin, uint32_t e
 }
 
 /* Moves each living face to its new place, with new numbers in it. */
-static void pack_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void pack_faces(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const packing *p = user;
     for (uint32_t f = begin; f < end; f++) {
         if (qw_edit_dead(p->from, f)) continue;
@@ -447,9 +443,8 @@ static void pack_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
     }
 }
 
-static void open_vertices(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void open_vertices(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const packing *p = user;
     for (uint32_t i = begin; i < end; i++) {
         uint32_t v = p->order[i];
@@ -458,9 +453,8 @@ static void open_vertices(void *user, uint32_t block, uint32_t begin, uint32_t e
     }
 }
 
-static void open_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void open_faces(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const packing *p = user;
     for (uint32_t f = begin; f < end; f++) {
         qw_edit_face *to = &p->face[p->face_rank[f]];

@@ -197,9 +197,8 @@ typedef struct normal_job {
     qw_vec3 *normal;
 } normal_job;
 
-static void face_normal_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void face_normal_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const normal_job *job = user;
     for (uint32_t f = begin; f < end; f++) job->normal[f] = qw_normalize(qw_face_cross(job->mesh, f));
 }

@@ -123,14 +123,16 @@ typedef struct batch {
     const writer *writer;
     element_printer print;
     uint32_t first; /* element */
+    uint32_t grain; /* elements a block */
     size_t room;    /* bytes a block */
     char *bytes;    /* char[BLOCKS_AT_ONCE][room]; fewer where there are fewer blocks in all */
     size_t size[BLOCKS_AT_ONCE];
 } batch;
 
-static void print_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void print_block(void *user, uint32_t begin, uint32_t end)
 {
     batch *b = user;
+    uint32_t block = begin / b->grain;
     char *bytes = b->bytes + block * b->room;
     b->size[block] = (size_t)(b->print(b->writer, bytes, b->first + begin, b->first + end) - bytes);
     assert(b->size[block] <= b->room);
@@ -140,7 +142,7 @@ static void print_block(void *user, uint32_t block, uint32_t begin, uint32_t end
 static void put_elements(const writer *w, element_printer print, uint32_t count, uint32_t grain, size_t max_size)
 {
     uint32_t blocks = qw_block_count(count, grain);
-    batch b = {.writer = w, .print = print, .room = max_size * (count < grain ? count : grain)};
+    batch b = {.writer = w, .print = print, .grain = grain, .room = max_size * (count < grain ? count : grain)};
     b.bytes = qw_alloc(w->env, blocks < BLOCKS_AT_ONCE ? blocks : BLOCKS_AT_ONCE, b.room);
     for (uint32_t left = count; left > 0;) {
         uint32_t n = left < BLOCKS_AT_ONCE * grain ? left : BLOCKS_AT_ONCE * grain;

@@ -29,6 +29,7 @@ typedef struct pairing {
     float *weight;              /* float[n] */
     uint32_t *group;            /* uint32_t[n], packed group of a pair */
     uint8_t *size_of;           /* uint8_t[n], pairs of a group */
+    uint32_t grain;             /* rows a block */
     uint32_t *groups, *members; /* [blocks]: how many there are; later, how many are in the blocks before */
 } pairing;
 
@@ -132,23 +133,23 @@ static uint32_t join_pairs(pairing *p, range rows, uint32_t pair_end)
     return next - rows.begin;
 }
 
-static void group_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void group_task(void *user, uint32_t begin, uint32_t end)
 {
     pairing *p = user;
     range rows = {begin, end};
-    p->groups[block] = join_pairs(p, rows, make_pairs(p, rows));
+    p->groups[begin / p->grain] = join_pairs(p, rows, make_pairs(p, rows));
     uint32_t members = 0;
     for (uint32_t i = begin; i < end; i++) members += p->pair[i] != QW_NONE;
-    p->members[block] = members;
+    p->members[begin / p->grain] = members;
 }
 
 /* The block's groups and members in their final places. */
-static void list_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void list_task(void *user, uint32_t begin, uint32_t end)
 {
     const pairing *p = user;
     qw_grid *l = p->l;
-    uint32_t base = p->groups[block], groups = p->groups[block + 1] - base, at = p->members[block],
-             *first = l->member_first + base;
+    uint32_t block = begin / p->grain, base = p->groups[block], groups = p->groups[block + 1] - base,
+             at = p->members[block], *first = l->member_first + base;
     for (uint32_t a = 0; a < groups; a++) first[a] = 0;
     for (uint32_t i = begin; i < end; i++) {
         uint32_t pair = p->pair[i];
@@ -184,15 +185,16 @@ uint32_t qw_make_aggregates(qw_env *env, qw_grid *l)
     for (int m = 0; m < 2; m++) p.unknown[m] = QW_NEW(env, uint32_t, n);
     p.weight = QW_NEW(env, float, n), p.group = QW_NEW(env, uint32_t, n), p.size_of = QW_NEW(env, uint8_t, n);
     p.groups = QW_NEW(env, uint32_t, blocks + 1), p.members = QW_NEW(env, uint32_t, blocks + 1);
-    uint32_t groups, members, grain = GROUPED;
-    qw_parallel(env, n, grain, group_task, &p);
+    uint32_t groups, members;
+    p.grain = GROUPED;
+    qw_parallel(env, n, p.grain, group_task, &p);
     add_up(&p, blocks, &groups, &members);
     if (groups > SCATTERED * members && blocks > 1) { /* neighbours are in other blocks */
-        grain = n, blocks = 1;
-        qw_parallel(env, n, grain, group_task, &p);
+        p.grain = n, blocks = 1;
+        qw_parallel(env, n, p.grain, group_task, &p);
         add_up(&p, blocks, &groups, &members);
     }
-    qw_parallel(env, n, grain, list_task, &p);
+    qw_parallel(env, n, p.grain, list_task, &p);
     l->member_first[groups] = members;
     qw_scope_end(env);
     return groups;

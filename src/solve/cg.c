@@ -35,17 +35,17 @@ static double total(const solver *s, int which)
 static void run(solver *s, qw_task task) { qw_parallel(s->env, s->n, QW_GRAIN_LIGHT, task, s); }
 
 /* p . q. */
-static void multiply_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void multiply_task(void *user, uint32_t begin, uint32_t end)
 {
     solver *s = user;
     double sum = 0;
     for (uint32_t i = begin; i < end; i++) sum += s->p[i] * s->q[i];
-    s->sum[0][block] = sum;
+    s->sum[0][begin / QW_GRAIN_LIGHT] = sum;
 }
 
 /* A step along p. Leaves r . r and r . scale r, each added up in LANES strands so that the additions do not wait for
  * one another. */
-static void step_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void step_task(void *user, uint32_t begin, uint32_t end)
 {
     solver *s = user;
     double *restrict x = s->x, *restrict r = s->r;
@@ -62,19 +62,18 @@ static void step_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
             rz[l] += residual * residual * scale[k];
         }
     }
-    s->sum[0][block] = (rr[0] + rr[1]) + (rr[2] + rr[3]);
-    s->sum[1][block] = (rz[0] + rz[1]) + (rz[2] + rz[3]);
+    s->sum[0][begin / QW_GRAIN_LIGHT] = (rr[0] + rr[1]) + (rr[2] + rr[3]);
+    s->sum[1][begin / QW_GRAIN_LIGHT] = (rz[0] + rz[1]) + (rz[2] + rz[3]);
 }
 
-static void direction_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void direction_task(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     solver *s = user;
     for (uint32_t i = begin; i < end; i++) s->p[i] = s->scale[i] * s->r[i] + s->beta * s->p[i];
 }
 
 /* r = b - A x, the product already in q. Leaves the same sums as a step. */
-static void residual_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void residual_task(void *user, uint32_t begin, uint32_t end)
 {
     solver *s = user;
     double rr = 0, rz = 0;
@@ -84,16 +83,16 @@ static void residual_task(void *user, uint32_t block, uint32_t begin, uint32_t e
         rr += r * r;
         rz += r * r * s->scale[i];
     }
-    s->sum[0][block] = rr;
-    s->sum[1][block] = rz;
+    s->sum[0][begin / QW_GRAIN_LIGHT] = rr;
+    s->sum[1][begin / QW_GRAIN_LIGHT] = rz;
 }
 
-static void norm_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void norm_task(void *user, uint32_t begin, uint32_t end)
 {
     solver *s = user;
     double sum = 0;
     for (uint32_t i = begin; i < end; i++) sum += s->b[i] * s->b[i];
-    s->sum[0][block] = sum;
+    s->sum[0][begin / QW_GRAIN_LIGHT] = sum;
 }
 
 /* Sums up |r| / |b|, and r . scale r into *rz. */

@@ -87,23 +87,17 @@ ALWAYS_INLINE void restrict_rows(qw_grid *l, uint32_t begin, uint32_t end, bool 
     }
 }
 
-static void restrict_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void restrict_task(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     qw_grid *l = user;
     if (l->three) restrict_rows(l, begin, end, true);
     else restrict_rows(l, begin, end, false);
 }
 
-static void sweep_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
-{
-    (void)block;
-    sweep_forward(user, begin, end);
-}
+static void sweep_task(void *user, uint32_t begin, uint32_t end) { sweep_forward(user, begin, end); }
 
-static void prolong_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void prolong_task(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     qw_grid *l = user;
     const qw_grid *c = l->next;
     for (uint32_t i = begin; i < end; i++) {
@@ -132,9 +126,8 @@ ALWAYS_INLINE void backward_rows(const qw_grid *l, float *z, uint32_t begin, uin
 }
 
 /* The backward sweep, from y to z. */
-static void backward_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void backward_task(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     qw_grid *l = user;
     float *z = l->z[l->way];
     memcpy(z + begin, l->y + begin, (end - begin) * sizeof *z);
@@ -143,7 +136,7 @@ static void backward_task(void *user, uint32_t block, uint32_t begin, uint32_t e
 }
 
 /* v = A z[0], with z . v, z . r and r . r; in the second step only the sums with z[1]: z . A z, z . r and z . v. */
-static void multiply_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void multiply_task(void *user, uint32_t begin, uint32_t end)
 {
     qw_grid *l = user;
     const float *z = l->z[l->way];
@@ -155,11 +148,11 @@ static void multiply_task(void *user, uint32_t block, uint32_t begin, uint32_t e
         sum[2] += l->way ? (double)z[i] * l->v[i] : (double)l->r[i] * l->r[i];
         if (!l->way) l->v[i] = product;
     }
-    for (int k = 0; k < QW_GRID_SUMS; k++) l->sum[k][block] = sum[k];
+    for (int k = 0; k < QW_GRID_SUMS; k++) l->sum[k][begin / l->grain] = sum[k];
 }
 
 /* A step of r along v, and the forward sweep of the second cycle. */
-static void reduce_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void reduce_task(void *user, uint32_t begin, uint32_t end)
 {
     qw_grid *l = user;
     double sum = 0;
@@ -167,7 +160,7 @@ static void reduce_task(void *user, uint32_t block, uint32_t begin, uint32_t end
         l->r[i] -= l->step * l->v[i];
         sum += (double)l->r[i] * l->r[i];
     }
-    l->sum[0][block] = sum;
+    l->sum[0][begin / l->grain] = sum;
     sweep_forward(l, begin, end);
 }
 
@@ -237,37 +230,34 @@ typedef struct solver {
 
 static void run(solver *s, qw_task task) { qw_parallel(s->env, s->top->n, s->top->grain, task, s); }
 
-static void widen_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void widen_task(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     solver *s = user;
     for (uint32_t i = begin; i < end; i++) s->x[i] = s->given[i];
 }
 
-static void narrow_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void narrow_task(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     solver *s = user;
     for (uint32_t i = begin; i < end; i++) s->given[i] = (float)s->x[i];
 }
 
-static void remember_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void remember_task(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     solver *s = user;
     memcpy(s->before + begin, s->x + begin, (end - begin) * sizeof(double));
 }
 
-static void norm_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void norm_task(void *user, uint32_t begin, uint32_t end)
 {
     solver *s = user;
     double sum = 0;
     for (uint32_t i = begin; i < end; i++) sum += (double)s->b[i] * s->b[i];
-    s->top->sum[0][block] = sum;
+    s->top->sum[0][begin / s->top->grain] = sum;
 }
 
 /* r = b - A x, and its forward sweep. */
-static void residual_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void residual_task(void *user, uint32_t begin, uint32_t end)
 {
     solver *s = user;
     qw_grid *l = s->top;
@@ -278,12 +268,12 @@ static void residual_task(void *user, uint32_t block, uint32_t begin, uint32_t e
         l->r[i] = (float)r;
         sum += r * r;
     }
-    l->sum[0][block] = sum;
+    l->sum[0][begin / l->grain] = sum;
     sweep_forward(l, begin, end);
 }
 
 /* v = A z, with z . v, z . r and z . q. */
-static void product_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void product_task(void *user, uint32_t begin, uint32_t end)
 {
     solver *s = user;
     qw_grid *l = s->top;
@@ -295,11 +285,11 @@ static void product_task(void *user, uint32_t block, uint32_t begin, uint32_t en
         sum[1] += (double)z[i] * l->r[i];
         sum[2] += (double)z[i] * q[i];
     }
-    for (int k = 0; k < QW_GRID_SUMS; k++) l->sum[k][block] = sum[k];
+    for (int k = 0; k < QW_GRID_SUMS; k++) l->sum[k][begin / l->grain] = sum[k];
 }
 
 /* The direction, a step along it, and the next forward sweep. */
-static void step_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void step_task(void *user, uint32_t begin, uint32_t end)
 {
     solver *s = user;
     qw_grid *l = s->top;
@@ -314,7 +304,7 @@ static void step_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
         r[i] -= s->alpha * q[i];
         sum += (double)r[i] * r[i];
     }
-    l->sum[0][block] = sum;
+    l->sum[0][begin / l->grain] = sum;
     sweep_forward(l, begin, end);
 }
 

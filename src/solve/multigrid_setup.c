@@ -61,10 +61,10 @@ typedef struct coarsening {
     double *row;    /* double[PARTS * c->n] */
 } coarsening;
 
-static void coarse_task(void *user, uint32_t part, uint32_t begin, uint32_t end)
+static void coarse_task(void *user, uint32_t begin, uint32_t end)
 {
     coarsening *w = user;
-    uint32_t at = w->begin[part], *mark = w->mark + (size_t)part * w->c->n;
+    uint32_t part = begin / w->grain, at = w->begin[part], *mark = w->mark + (size_t)part * w->c->n;
     double *row = w->row + (size_t)part * w->c->n;
     memset(mark, 0xff, w->c->n * sizeof *mark);
     for (uint32_t a = begin; a < end; a++) {
@@ -147,9 +147,8 @@ static void invert(qw_env *env, qw_grid *l)
     qw_scope_end(env);
 }
 
-static void diagonal_task(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void diagonal_task(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     qw_grid *l = user;
     for (uint32_t i = begin; i < end; i++) {
         double outside = 0;

@@ -152,9 +152,8 @@ typedef struct reflect_task {
 } reflect_task;
 
 /* Reflects samples at the plane and looks for the surface near them. */
-static void reflect_samples(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void reflect_samples(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const reflect_task *t = user;
     plane_search *s = t->s;
     uint32_t hint = QW_NONE;

@@ -53,9 +53,8 @@ typedef struct settling {
     uint8_t *flag; /* uint8_t[face_count] */
 } settling;
 
-static void flag_short(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void flag_short(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const settling *s = user;
     double least2 = ROOM / s->unit * (ROOM / s->unit);
     for (uint32_t f = begin; f < end; f++)
@@ -64,9 +63,8 @@ static void flag_short(void *user, uint32_t block, uint32_t begin, uint32_t end)
                                                s->position + 3 * (size_t)s->quads->corner[qw_quad_next(h)]) < least2;
 }
 
-static void flag_degenerate(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void flag_degenerate(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const settling *s = user;
     for (uint32_t f = begin; f < end; f++) s->flag[f] = qw_is_degenerate(s->quads->corner + 4 * (size_t)f, s->position);
 }

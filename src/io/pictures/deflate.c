@@ -281,10 +281,9 @@ typedef struct deflater {
     void *user;
 } deflater;
 
-static void compress_parts(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void compress_parts(void *user, uint32_t begin, uint32_t end)
 {
     deflater *d = user;
-    (void)block;
     for (uint32_t i = begin; i < end; i++) {
         size_t at = d->at + (size_t)i * PART, left = d->size - at;
         d->part[i].size = (uint32_t)(left < PART ? left : PART);

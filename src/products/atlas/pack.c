@@ -129,10 +129,9 @@ static void draw(const qw_piece *p, uint32_t quarters, double scale, uint32_t pa
     }
 }
 
-static void draw_pieces(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void draw_pieces(void *user, uint32_t begin, uint32_t end)
 {
     packer *k = user;
-    (void)block;
     for (uint32_t i = begin; i < end; i++) {
         if (!k->thin[i].row) continue;
         draw(&k->piece[i / 4], i % 4, k->scale, k->reach, &k->thin[i]);
@@ -207,10 +206,9 @@ static void place_all(const packer *k, packing *a)
         }
 }
 
-static void place_slots(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void place_slots(void *user, uint32_t begin, uint32_t end)
 {
     packer *k = user;
-    (void)block;
     for (uint32_t i = begin; i < end; i++) place_all(k, &k->slot[i]);
 }
 

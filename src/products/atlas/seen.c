@@ -17,10 +17,9 @@ typedef struct seer {
     float *open; /* float[vertex_count] */
 } seer;
 
-static void look(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void look(void *user, uint32_t begin, uint32_t end)
 {
     seer *s = user;
-    (void)block;
     for (uint32_t v = begin; v < end; v++)
         s->open[v] = qw_length2(s->normal[v]) > 0 ? qw_openness(s->bvh, &s->rays, s->mesh->position[v], s->normal[v],
                                                                 LIFT, 0, INFINITY, QW_NONE, 0, 1)

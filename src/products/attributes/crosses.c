@@ -81,9 +81,8 @@ static qw_vec3 cross_at(const taking *t, const qw_hit *hit, qw_vec3 normal)
     return laid_down(mean_cross(d, n, hit->weight, facing), facing, normal);
 }
 
-static void take_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void take_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const taking *t = user;
     uint32_t hint = QW_NONE;
     for (uint32_t i = begin; i < end; i++) {
@@ -168,9 +167,8 @@ typedef struct telling {
     qw_vec3 *told;
 } telling;
 
-static void tell_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void tell_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const telling *t = user;
     const qw_vertex_crosses *c = t->crosses;
     uint32_t hint = QW_NONE;

@@ -122,9 +122,8 @@ static qw_vec3 most_change(const moving *m, const polygon *p)
     return qw_v3_of_doubles(along);
 }
 
-static void find_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void find_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const moving *m = user;
     for (uint32_t f = begin; f < end; f++) {
         polygon p;
@@ -234,9 +233,8 @@ typedef struct taking {
     qw_vec3 *taken;
 } taking;
 
-static void take_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void take_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const taking *t = user;
     uint32_t hint = QW_NONE;
     for (uint32_t i = begin; i < end; i++) {

@@ -83,9 +83,8 @@ static uint32_t found_before(const origin_search *s, uint32_t begin, uint32_t f,
 }
 
 /* The corners of each quad, and the vertices that are at home in it. */
-static void find_quads(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void find_quads(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     origin_search *s = user;
     for (uint32_t f = begin; f < end; f++) {
         qw_bvh_query query = qw_query_of_quad(s->source, &s->origins, f);

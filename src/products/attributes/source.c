@@ -108,10 +108,9 @@ typedef struct way_search {
     int8_t *way; /* int8_t[clean triangles] */
 } way_search;
 
-static void find_ways(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void find_ways(void *user, uint32_t begin, uint32_t end)
 {
     const way_search *s = user;
-    (void)block;
     for (uint32_t t = begin; t < end; t++) s->way[t] = way_of(s->input, s->clean, s->clean->source_face[t], t);
 }
 

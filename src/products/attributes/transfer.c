@@ -367,23 +367,24 @@ typedef struct blending {
     const carriage *carriage;
     const qw_source_point *points; /* of the elements, where they are vertices or corners */
     uint32_t *dropped;             /* one a block */
+    uint32_t grain;
 } blending;
 
-static void blend_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void blend_block(void *user, uint32_t begin, uint32_t end)
 {
     const blending *b = user;
     carriage c = *b->carriage;
     c.dropped = 0;
     for (uint32_t e = begin; e < end; e++)
         c.known[e] = c.out.domain == QW_PER_FACE ? blend_face(&c, e) : blend_at(&c, e, &b->points[e]);
-    b->dropped[block] = c.dropped;
+    b->dropped[begin / b->grain] = c.dropped;
 }
 
 static void blend_all(carriage *c, const qw_source_point *points)
 {
     uint32_t grain = c->out.domain == QW_PER_FACE ? QW_GRAIN_HEAVY : QW_GRAIN_LIGHT,
              blocks = qw_block_count(c->out.count, grain);
-    blending b = {c, points, QW_NEW(c->env, uint32_t, blocks)};
+    blending b = {c, points, QW_NEW(c->env, uint32_t, blocks), grain};
     qw_parallel(c->env, c->out.count, grain, blend_block, &b);
     for (uint32_t i = 0; i < blocks; i++) c->dropped += b.dropped[i];
     qw_free(c->env, b.dropped);

@@ -24,21 +24,19 @@ typedef struct normal_search {
     float *angle;                   /* float[3 faces]: in radians, at the corners */
 } normal_search;
 
-static void find_some_angles(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void find_some_angles(void *user, uint32_t begin, uint32_t end)
 {
     const normal_search *s = user;
     const qw_trimesh *m = &s->look->source->mesh;
-    (void)block;
     for (uint32_t h = 3 * begin; h < 3 * end; h++) s->angle[h] = (float)qw_corner_angle(m->position, m->corner, h);
 }
 
 /* At each corner the mean of the faces around its vertex that face nearly as its own, by their angles there: so a
    surface looks the same however it is cut into triangles, and as programs for pictures show it. */
-static void find_some_normals(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void find_some_normals(void *user, uint32_t begin, uint32_t end)
 {
     const normal_search *s = user;
     const qw_trimesh *m = &s->look->source->mesh;
-    (void)block;
     for (uint32_t f = begin; f < end; f++)
         for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
             qw_vec3 own = s->look->source->normal[f], sum = qw_v3(0, 0, 0);

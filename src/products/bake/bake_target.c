@@ -104,11 +104,10 @@ typedef struct cage_search {
     uint32_t *near;        /* uint32_t[source vertices]: triangle of the target; QW_NONE: none */
 } cage_search;
 
-static void search_from_source(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void search_from_source(void *user, uint32_t begin, uint32_t end)
 {
     cage_search *s = user;
     uint32_t hint = QW_NONE;
-    (void)block;
     for (uint32_t v = begin; v < end; v++) {
         s->near[v] = QW_NONE;
         if (qw_length2(s->normal[v]) == 0) continue;
@@ -120,12 +119,11 @@ static void search_from_source(void *user, uint32_t block, uint32_t begin, uint3
 }
 
 /* From the middle of each triangle of the target to the source. */
-static void search_from_target(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void search_from_target(void *user, uint32_t begin, uint32_t end)
 {
     cage_search *s = user;
     const qw_bake_target *t = s->target;
     uint32_t hint = QW_NONE;
-    (void)block;
     for (uint32_t f = begin; f < end; f++) {
         const uint32_t *c = t->corner + 3 * (size_t)f;
         qw_vec3 p[3], middle = qw_v3(0, 0, 0);

@@ -271,10 +271,9 @@ static void put_texel(const baker *b, uint32_t tile, uint32_t x, uint32_t y, con
     }
 }
 
-static void bake_tiles(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void bake_tiles(void *user, uint32_t begin, uint32_t end)
 {
     baker *b = user;
-    (void)block;
     for (uint32_t i = b->begin + begin; i < b->begin + end; i++) {
         tile_sums sums;
         visit v;
@@ -370,10 +369,9 @@ static void check_point(const baker *b, uint32_t triangle, const float w[3], dou
     }
 }
 
-static void check_points(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void check_points(void *user, uint32_t begin, uint32_t end)
 {
     const checks *all = user;
-    (void)block;
     for (uint32_t i = begin; i < end; i++)
         check_point(all->b, all->at[i].triangle, all->at[i].w, &all->at[i].angle, &all->at[i].color);
 }

@@ -41,11 +41,10 @@ static void shade_triangle(const shader *s, const uint32_t corner[3], uint32_t *
     }
 }
 
-static void shade_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void shade_faces(void *user, uint32_t begin, uint32_t end)
 {
     const shader *s = user;
     uint32_t hint = QW_NONE;
-    (void)block;
     for (uint32_t f = begin; f < end; f++)
         for (uint32_t c = s->target->begin[f] + 1; c + 1 < s->target->begin[f + 1]; c++)
             shade_triangle(s, (const uint32_t[3]){s->target->begin[f], c, c + 1}, &hint);

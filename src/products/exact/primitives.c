@@ -78,10 +78,9 @@ static void edge_of(const finder *f, uint32_t h, double along[3])
     for (int k = 0; k < 3; k++) along[k] = b[k] - a[k];
 }
 
-static void measure_triangles(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void measure_triangles(void *user, uint32_t begin, uint32_t end)
 {
     finder *f = user;
-    (void)block;
     for (uint32_t t = begin; t < end; t++) {
         double e[3][3], n[3], longest = 0;
         for (uint32_t i = 0; i < 3; i++)
@@ -271,10 +270,9 @@ static void fit(seed *t, qw_primitive_kind kind)
                       qw_fit_primitive(&t->fit[kind], kind, t->point[0], t->points, &facing) <= QW_OFF_PRIMITIVE;
 }
 
-static void fit_some(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void fit_some(void *user, uint32_t begin, uint32_t end)
 {
     seed *of = user;
-    (void)block;
     for (uint32_t i = begin; i < end; i++) {
         seed *t = &of[i / QW_PRIMITIVE_KINDS];
         qw_primitive_kind kind = (qw_primitive_kind)(i % QW_PRIMITIVE_KINDS);

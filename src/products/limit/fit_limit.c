@@ -93,9 +93,8 @@ typedef struct looking {
     const qw_vec3 *normal;
 } looking;
 
-static void look_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void look_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const looking *l = user;
     const fitting *t = l->t;
     const qw_vec3 *at = t->split.position;
@@ -190,9 +189,8 @@ static void clear_fixed(const fitting *t, double *x)
         if (is_fixed(t, v)) memset(x + 3 * (size_t)v, 0, 3 * sizeof *x);
 }
 
-static void multiply_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void multiply_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const fitting *t = user;
     for (uint32_t i = begin; i < end; i++) {
         const double *m = t->matrix[i];

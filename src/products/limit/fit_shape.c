@@ -55,9 +55,8 @@ typedef struct placing {
     qw_vec3 *place;
 } placing;
 
-static void place_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void place_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const placing *p = user;
     const qw_vec3 *at = p->quads->position;
     uint32_t hint = QW_NONE;

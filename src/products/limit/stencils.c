@@ -281,9 +281,8 @@ typedef struct application {
     qw_vec3 *out_single;
 } application;
 
-static void apply_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void apply_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const application *a = user;
     for (uint32_t r = begin; r < end; r++) {
         double sum[3] = {0, 0, 0};
@@ -299,9 +298,8 @@ void qw_stencils_apply(qw_env *env, const qw_stencils *s, const double *in, doub
     qw_parallel(env, s->row_count, QW_GRAIN_HEAVY, apply_block, &a);
 }
 
-static void place_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void place_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const application *a = user;
     for (uint32_t r = begin; r < end; r++) {
         double x = 0, y = 0, z = 0;

@@ -65,17 +65,15 @@ static qw_vec3 point_of_sample(const sampling *s, uint32_t i, uint32_t triangle)
     return qw_surface_point(s->from, triangle, u, v);
 }
 
-static void place_samples(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void place_samples(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const sampling *s = user;
     for (uint32_t i = begin; i < end; i++)
         s->order[i] = (uint64_t)qw_bvh_place_of(s->from->bvh, triangle_of_sample(s, i)) << 32 | i;
 }
 
-static void sample_surface(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void sample_surface(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const sampling *s = user;
     uint32_t hint = QW_NONE;
     for (uint32_t k = begin; k < end; k++) {
@@ -106,7 +104,7 @@ static float visit_vertex(const sampling *s, uint32_t v, float most, uint32_t *h
 
 /* The largest distance is mostly at a corner, which no sample hits. from's faces in the order of its tree, each with
    the vertices that it is the first of; one largest a block. */
-static void visit_vertices(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void visit_vertices(void *user, uint32_t begin, uint32_t end)
 {
     const sampling *s = user;
     uint32_t hint = QW_NONE;
@@ -118,7 +116,7 @@ static void visit_vertices(void *user, uint32_t block, uint32_t begin, uint32_t 
             if (s->first[v] == f && v % s->step == 0) most = visit_vertex(s, v, most, &hint);
         }
     }
-    s->largest[block] = most;
+    s->largest[begin / QW_GRAIN] = most;
 }
 
 static qw_probes probes_of(const sampling *s)
@@ -195,7 +193,7 @@ static uint32_t *list_polygons(qw_env *env, const qw_surface *from, uint32_t fac
 
 /* Triangles in the order of their tree. Those without an area are in no tree: a face that has no others is not
    flipped. */
-static void count_flipped(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void count_flipped(void *user, uint32_t begin, uint32_t end)
 {
     const flip_task *task = user;
     uint32_t hint = QW_NONE, count = 0;
@@ -203,7 +201,7 @@ static void count_flipped(void *user, uint32_t block, uint32_t begin, uint32_t e
         uint32_t f = task->polygon[qw_bvh_face_at(task->from->bvh, i)];
         if (f != QW_NONE && f % task->step == 0) count += is_flipped(&task->judge, task->from, f, &hint);
     }
-    task->counts[block] = count;
+    task->counts[begin / QW_GRAIN] = count;
 }
 
 /* seen: QW_SEEN_ flags of the faces that `to` was made of. Those of its triangles, which are `wanted`; or NULL. */
@@ -271,9 +269,8 @@ static qw_curve_hit nearest_edge(const curve_sampling *s, uint32_t i)
     return qw_curve_nearest(s->tree, p, FLT_MAX);
 }
 
-static void sample_curves(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void sample_curves(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const curve_sampling *s = user;
     for (uint32_t i = begin; i < end; i++) s->distance[i] = sqrtf(nearest_edge(s, i).distance2);
 }

@@ -70,9 +70,8 @@ static float angle_to(const qw_vec3 axis[2], qw_vec3 direction)
     return (float)(qw_acos(fmin((double)c, 1)) * degrees);
 }
 
-static void follow_samples(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void follow_samples(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const follow_task *t = user;
     for (uint32_t i = begin; i < end; i++) {
         sample s = sample_at(t->in, i, t->samples);
@@ -223,9 +222,8 @@ static qw_hit nearest_to_mirrored(const mirror_task *t, uint32_t i, uint32_t hin
     return qw_bvh_nearest(t->in->bvh, p, qw_v3(0, 0, 0), -1, t->reach, hint);
 }
 
-static void mirror_samples(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void mirror_samples(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const mirror_task *t = user;
     uint32_t hint = QW_NONE;
     for (uint32_t i = begin; i < end; i++) {
@@ -235,9 +233,8 @@ static void mirror_samples(void *user, uint32_t block, uint32_t begin, uint32_t 
     }
 }
 
-static void mirror_vertices(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void mirror_vertices(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const mirror_task *t = user;
     for (uint32_t i = begin; i < end; i++) {
         qw_vec3 p = t->point[(uint64_t)i * t->vertices / t->samples];
@@ -344,9 +341,8 @@ typedef struct angle_task {
     float *angle, *weight;
 } angle_task;
 
-static void find_angles(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void find_angles(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const angle_task *t = user;
     uint32_t hint = QW_NONE;
     for (uint32_t i = begin; i < end; i++) {

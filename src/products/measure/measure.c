@@ -165,9 +165,9 @@ static void count_valences(const topology_task *t)
 enum { TOPOLOGY_PARTS = 4 };
 
 /* The longest first. */
-static void count_part(void *user, uint32_t part, uint32_t begin, uint32_t end)
+static void count_part(void *user, uint32_t part, uint32_t end)
 {
-    (void)begin, (void)end;
+    (void)end;
     const topology_task *t = user;
     if (part == 0) count_fans(t), count_loops(t);
     if (part == 1) count_edges(t);
@@ -283,7 +283,7 @@ static void add_shape(corner_sums *s, const qw_dvec3 p[4], double jacobian)
     s->most_warp = fmax(s->most_warp, fmax(1 - bend * bend * bend, 0));
 }
 
-static void measure_quads(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void measure_quads(void *user, uint32_t begin, uint32_t end)
 {
     const quality_task *t = user;
     corner_sums s = {.edge.about = t->first_edge, .area.about = t->first_area, .least_jacobian = DBL_MAX};
@@ -308,7 +308,7 @@ static void measure_quads(void *user, uint32_t block, uint32_t begin, uint32_t e
         add_shape(&s, p, least);
         add_moment(&s.area, quad_area(p));
     }
-    t->blocks[block] = s;
+    t->blocks[begin / QW_GRAIN_LIGHT] = s;
 }
 
 static void measure_corners(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, double scale,

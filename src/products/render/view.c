@@ -96,9 +96,8 @@ static inline float ramp(float low, float high, float x)
 }
 
 /* How many pixels a face is across: area over longest side. */
-static void project_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void project_faces(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     view *v = user;
     const uint32_t *corner = v->scene->mesh->corners, *face_begin = v->scene->edges.face_begin;
     for (uint32_t f = begin; f < end; f++) {
@@ -146,9 +145,8 @@ static void place_dots(view *v)
     }
 }
 
-static void draw_band(void *user, uint32_t block, uint32_t top, uint32_t bottom)
+static void draw_band(void *user, uint32_t top, uint32_t bottom)
 {
-    (void)block;
     view *v = user;
     const scene *s = v->scene;
     const uint32_t *corner = s->mesh->corners;
@@ -207,9 +205,8 @@ static uint32_t middle_sample(const view *v, uint32_t i, uint32_t j)
     return (j * v->side + v->side / 2) * v->raster.width + i * v->side + v->side / 2;
 }
 
-static void gather_depths(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void gather_depths(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     view *v = user;
     for (uint32_t j = begin; j < end; j++)
         for (uint32_t i = 0; i < v->area.width; i++)
@@ -253,9 +250,8 @@ static float hidden_sky(const view *v, uint32_t i, uint32_t j, qw_vec3 p, qw_vec
     return hidden / PROBES;
 }
 
-static void find_shadows(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void find_shadows(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     view *v = user;
     for (uint32_t j = begin; j < end; j++)
         for (uint32_t i = 0; i < v->area.width; i++) {
@@ -271,9 +267,8 @@ static void find_shadows(void *user, uint32_t block, uint32_t begin, uint32_t en
 }
 
 /* Averages a tile around each pixel, over what lies at about the same depth. */
-static void smooth_shadows(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void smooth_shadows(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     view *v = user;
     for (uint32_t j = begin; j < end; j++)
         for (uint32_t i = 0; i < v->area.width; i++) {
@@ -371,9 +366,8 @@ static colour shade(const view *v, uint32_t id, float x, float y, float open)
     return mix(lit(own, p.normal, 1, 0.25f), own, 0.55f);
 }
 
-static void colour_rows(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void colour_rows(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     view *v = user;
     float share = 1.0f / (float)(v->side * v->side);
     for (uint32_t j = begin; j < end; j++)

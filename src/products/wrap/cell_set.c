@@ -124,11 +124,10 @@ static uint64_t any_along(const qw_cell_set *c, const uint64_t *row, uint32_t w)
     return row[w] | row[w] << 1 | before | row[w] >> 1 | after;
 }
 
-static void find_middles(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void find_middles(void *user, uint32_t begin, uint32_t end)
 {
     const opening *o = user;
     const qw_cell_set *c = o->cells;
-    (void)block;
     if (!qw_listen(o->env)) return;
     for (uint32_t z = begin; z < end; z++)
         for (uint32_t y = 1; y + 1 < c->across[1] && z > 0 && z + 1 < c->across[2]; y++)
@@ -151,12 +150,11 @@ static uint64_t in_balls(const qw_cell_set *m, uint32_t w, uint32_t y, uint32_t 
            qw_cell_set_row(m, y + 1, z + 1)[w];
 }
 
-static void keep_balls(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void keep_balls(void *user, uint32_t begin, uint32_t end)
 {
     const opening *o = user;
     qw_cell_set *c = o->cells;
     uint32_t last = c->across[0] - 1;
-    (void)block;
     if (!qw_listen(o->env)) return;
     for (uint32_t z = begin; z < end; z++)
         for (uint32_t y = 1; y + 1 < c->across[1] && z > 0 && z + 1 < c->across[2]; y++)

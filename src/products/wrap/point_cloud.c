@@ -204,10 +204,9 @@ static void star_of(const starring *s, uint32_t point, uint32_t *star)
     for (int i = 0; i < count && i < MOST_SIDES; i++) star[i] = cell[i].beyond;
 }
 
-static void star_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void star_block(void *user, uint32_t begin, uint32_t end)
 {
     const starring *s = user;
-    (void)block;
     for (uint32_t p = begin; p < end; p++) {
         if (p % 32 == 0 && !qw_listen(s->env)) return;
         star_of(s, s->tree->order[p], s->star + (size_t)s->tree->order[p] * MOST_SIDES);
@@ -224,11 +223,10 @@ typedef struct flattening {
 
 /* Points that are noise go to the plane of many neighbours: what is thinner than the points are apart becomes one
    sheet. What is no plane even so, as a rod, stays. */
-static void flatten_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void flatten_block(void *user, uint32_t begin, uint32_t end)
 {
     const flattening *f = user;
     const double *position = f->tree->position;
-    (void)block;
     for (uint32_t i = begin; i < end; i++) {
         if (i % 32 == 0 && !qw_listen(f->env)) return;
         uint32_t point = f->tree->order[i];

@@ -61,10 +61,9 @@ static qw_guard_room room_of(const blocks *b, uint32_t block)
     return qw_guard_enter(b->guard, block, &box, 2 * (b->begin[block + 1] - b->begin[block]) + 4 * BLOCK * BLOCK);
 }
 
-static void work_through(void *user, uint32_t number, uint32_t begin, uint32_t end)
+static void work_through(void *user, uint32_t begin, uint32_t end)
 {
     const blocks *b = user;
-    (void)number;
     for (uint32_t c = begin; c < end; c++) {
         uint32_t hint = QW_NONE, first = b->begin[b->chosen[c]], last = b->begin[b->chosen[c] + 1];
         if (!qw_listen(b->env)) return;

@@ -119,11 +119,10 @@ typedef struct asking {
     plane *face;     /* plane[face_count]: of the input, nearest to the middle of each face */
 } asking;
 
-static void ask_half_edges(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void ask_half_edges(void *user, uint32_t begin, uint32_t end)
 {
     const asking *a = user;
     uint32_t hint = QW_NONE;
-    (void)block;
     if (!qw_listen(a->env)) return;
     for (uint32_t h = begin; h < end; h++) {
         if (qw_skin_dead(a->skin, h / 3) || h > a->skin->twin[h]) continue;
@@ -148,11 +147,10 @@ static void middle_of_face(const qw_skin *s, uint32_t f, double p[3])
         p[k] = ((double)s->position[c[0]].at[k] + s->position[c[1]].at[k] + s->position[c[2]].at[k]) / 3;
 }
 
-static void ask_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void ask_faces(void *user, uint32_t begin, uint32_t end)
 {
     const asking *a = user;
     uint32_t hint = QW_NONE;
-    (void)block;
     if (!qw_listen(a->env)) return;
     for (uint32_t f = begin; f < end; f++) {
         double p[3];

@@ -170,12 +170,13 @@ static void list_triangles(marking *m)
     m->begin[0] = 0;
 }
 
-static void mark_slab(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void mark_slab(void *user, uint32_t begin, uint32_t end)
 {
     marking *m = user;
     const qw_wrap_frame *f = m->frame;
     const each marks = {mark, &m->met, &m->met};
-    uint32_t first = m->list ? m->begin[block] : 0, last = m->list ? m->begin[block + 1] : m->triangles->count;
+    uint32_t slab = begin / SLAB, first = m->list ? m->begin[slab] : 0,
+             last = m->list ? m->begin[slab + 1] : m->triangles->count;
     for (uint32_t i = first; i < last; i++) {
         double p[3][3];
         uint32_t low[3], high[3];

@@ -18,10 +18,9 @@ typedef struct looking {
     uint8_t *visible;
 } looking;
 
-static void look(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void look(void *user, uint32_t begin, uint32_t end)
 {
     const looking *l = user;
-    (void)block;
     for (uint32_t t = begin; t < end; t++) {
         double p[3][3];
         if (t % 64 == 0 && !qw_listen(l->env)) return;

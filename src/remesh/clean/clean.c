@@ -122,7 +122,7 @@ typedef struct boxing {
 } boxing;
 
 /* The box around the corners of a block's triangles. */
-static void hold_corners(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void hold_corners(void *user, uint32_t begin, uint32_t end)
 {
     const boxing *a = user;
     box b = empty_box;
@@ -132,7 +132,7 @@ static void hold_corners(void *user, uint32_t block, uint32_t begin, uint32_t en
             if (x < b.low[k]) b.low[k] = x;
             if (x > b.high[k]) b.high[k] = x;
         }
-    a->boxes[block] = b;
+    a->boxes[begin / QW_GRAIN_LIGHT] = b;
 }
 
 /* The box around all corners; vertices without a triangle do not count. */

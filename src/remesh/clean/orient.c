@@ -94,13 +94,13 @@ typedef struct unlike {
     uint8_t *found; /* uint8_t[blocks] */
 } unlike;
 
-static void find_unlike(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void find_unlike(void *user, uint32_t begin, uint32_t end)
 {
     const unlike *u = user;
     bool found = false;
     for (uint32_t h = 3 * begin; h < 3 * end; h++)
         found |= u->sheets->twin[h] != QW_NONE && same_direction(u->sheets, h, u->sheets->twin[h]);
-    u->found[block] = found;
+    u->found[begin / QW_GRAIN_LIGHT] = found;
 }
 
 /* Whether neighbours are alike as they are, as in most files. */
@@ -177,9 +177,8 @@ typedef struct measuring {
 } measuring;
 
 /* What each triangle adds to its piece: signed volume, area and whether it is open. */
-static void measure_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void measure_faces(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     assert(end <= ((const measuring *)user)->sheets->face_count);
     const measuring *m = user;
     const qw_sheets *s = m->sheets;

@@ -198,7 +198,7 @@ typedef struct plain_pairs {
 } plain_pairs;
 
 /* Joins the two sides of ordinary edges; notes where a block has others, which need more thought. */
-static void pair_plainly(void *user, uint32_t block, uint32_t begin, uint32_t end_vertex)
+static void pair_plainly(void *user, uint32_t begin, uint32_t end_vertex)
 {
     plain_pairs *p = user;
     const uint32_t *corner = p->sheets->corner;
@@ -208,7 +208,7 @@ static void pair_plainly(void *user, uint32_t block, uint32_t begin, uint32_t en
             if (end - i == 1) continue;
             uint32_t a = qw_side_half(p->edges->side[i]), b = qw_side_half(p->edges->side[i + 1]);
             if (end - i > 2 || corner[qw_prev(a)] == corner[qw_prev(b)] || qw_stay_apart(p->sheets, a, b))
-                p->strange[block] = 1;
+                p->strange[begin / QW_GRAIN_LIGHT] = 1;
             p->sheets->twin[a] = b, p->sheets->twin[b] = a;
         }
 }
@@ -283,7 +283,7 @@ typedef struct fans {
 } fans;
 
 /* Counts the corners of the fans that the vertices of a block keep. */
-static void count_fan_corners(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void count_fan_corners(void *user, uint32_t begin, uint32_t end)
 {
     const fans *t = user;
     const uint32_t *twin = t->sheets->twin;
@@ -296,7 +296,7 @@ static void count_fan_corners(void *user, uint32_t block, uint32_t begin, uint32
             h = twin[qw_prev(h)];
         } while (h != QW_NONE && h != first);
     }
-    t->corners[block] = count;
+    t->corners[begin / QW_GRAIN_LIGHT] = count;
 }
 
 /* Whether every vertex has faces, and one fan of them: then all stays as it is. */

@@ -199,9 +199,8 @@ typedef struct flagging {
 } flagging;
 
 /* Flags triangles that face nearly against a neighbour. */
-static void flag_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void flag_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const flagging *a = user;
     for (uint32_t f = begin; f < end; f++) {
         qw_vec3 n = qw_face_cross(a->mesh, f);

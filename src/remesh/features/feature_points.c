@@ -70,9 +70,8 @@ static bool lacks_little(const tips *t, uint32_t v)
     return (float)(2 * QW_PI) - sum < (float)(LEAST_LACK / MOST_PIECES) - ROUGH * (float)corners;
 }
 
-static void fill_lacks(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void fill_lacks(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const tips *t = user;
     for (uint32_t v = begin; v < end; v++) t->lack[v] = lacks_little(t, v) ? UNKNOWN : lack_at(t, v);
 }

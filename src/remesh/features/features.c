@@ -74,9 +74,8 @@ typedef struct question {
     float *cosine;
 } question;
 
-static void ask_slivers(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void ask_slivers(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const question *q = user;
     for (uint32_t f = begin; f < end; f++) {
         float length;
@@ -132,9 +131,8 @@ typedef struct creases {
     uint32_t *degree;      /* uint32_t[vertex_count]: marked edges */
 } creases;
 
-static void compare_normals(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void compare_normals(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const question *q = user;
     for (uint32_t f = begin; f < end; f++)
         for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
@@ -377,7 +375,7 @@ typedef struct sharpness_sums {
 } sharpness_sums;
 
 /* Length of all edges, of the marked ones, and of those that are folds, over a block. */
-static void add_up_sharpness(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void add_up_sharpness(void *user, uint32_t begin, uint32_t end)
 {
     const sharpness_sums *sums = user;
     const creases *c = sums->creases;
@@ -391,7 +389,7 @@ static void add_up_sharpness(void *user, uint32_t block, uint32_t begin, uint32_
         s.length += length, s.edges++;
         if (c->cosine[h] < FOLD_COSINE) s.folds += length;
     }
-    sums->of[block] = s;
+    sums->of[begin / QW_GRAIN_LIGHT] = s;
 }
 
 /* The same over the whole surface. */

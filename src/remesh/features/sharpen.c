@@ -90,9 +90,8 @@ static meeting meeting_at(const sharpener *s, uint32_t h)
     return (meeting){angle_between(p->normal, q->normal), 0.5 * ((double)p->spread + (double)q->spread)};
 }
 
-static void ask_cuts(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void ask_cuts(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const sharpener *s = user;
     for (uint32_t h = 3 * begin; h < 3 * end; h++) {
         meeting m = meeting_at(s, h);
@@ -291,9 +290,8 @@ static bool find_cuts(sharpener *s, double quad_edge)
 
 /* ---- sides */
 
-static void fit_sides(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void fit_sides(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const sharpener *s = user;
     for (uint32_t i = begin; i < end; i++) s->fit[i] = qw_fit_side(&s->sides, s->fitted[i], s->cut, s->ring);
 }
@@ -301,9 +299,8 @@ static void fit_sides(void *user, uint32_t block, uint32_t begin, uint32_t end)
 static bool on_boundary(const sharpener *s, uint32_t v) { return s->mesh->twin[s->sides.outgoing[v]] == QW_NONE; }
 
 /* Into its side. */
-static void move_vertices(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void move_vertices(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const sharpener *s = user;
     for (uint32_t i = begin; i < end; i++) {
         uint32_t v = s->fitted[i];

@@ -91,9 +91,8 @@ static float longest_side(const qw_trimesh *mesh, uint32_t f)
     return sqrtf(fmaxf(fmaxf(qw_length2(qw_sub(a, b)), qw_length2(qw_sub(b, d))), qw_length2(qw_sub(d, a))));
 }
 
-static void measure_faces(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void measure_faces(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const side_task *t = user;
     for (uint32_t f = begin; f < end; f++) {
         qw_vec3 cross = qw_face_cross(t->s->mesh, f);
@@ -104,9 +103,8 @@ static void measure_faces(void *user, uint32_t block, uint32_t begin, uint32_t e
 
 /* For each vertex, over the triangles around it: sum of cross products, area, mean edge, and whether their normals
  * disagree. */
-static void sum_rings(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void sum_rings(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const side_task *t = user;
     const qw_sides *s = t->s;
     for (uint32_t v = begin; v < end; v++) {
@@ -125,9 +123,8 @@ static void sum_rings(void *user, uint32_t block, uint32_t begin, uint32_t end)
 }
 
 /* One round of averaging over neighbours. */
-static void average_edges(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void average_edges(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const side_task *t = user;
     const qw_sides *s = t->s;
     for (uint32_t v = begin; v < end; v++) {
@@ -195,9 +192,8 @@ static qw_side_plane plane_at(const side_task *t, uint32_t v, qw_vertex_ball *ba
                            .jagged = all < 1 - 0.5f * JAGGED * JAGGED};
 }
 
-static void make_planes(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void make_planes(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const side_task *t = user;
     qw_vertex_ball ball;
     for (uint32_t v = begin; v < end; v++) t->s->plane[v] = t->near[v] ? plane_at(t, v, &ball) : (qw_side_plane){0};
@@ -229,9 +225,8 @@ static uint32_t best_around(const qw_sides *s, uint32_t v, const qw_vertex_ball 
 }
 
 /* Chooses for each vertex near a band the plane that it belongs to: its own, or one nearby that costs less. */
-static void choose_sides(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void choose_sides(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const side_task *t = user;
     const qw_sides *s = t->s;
     qw_vertex_ball ball;
@@ -246,9 +241,8 @@ static void choose_sides(void *user, uint32_t block, uint32_t begin, uint32_t en
 
 /* A vertex that shares its side with fewer than a third of those around takes the best of theirs: a line that went
  * around it would be a tooth. */
-static void agree(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void agree(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const side_task *t = user;
     const qw_sides *s = t->s;
     for (uint32_t v = begin; v < end; v++) {
@@ -331,11 +325,10 @@ typedef struct vertex_list {
     const uint32_t *vertex;
 } vertex_list;
 
-static void make_some_planes(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void make_some_planes(void *user, uint32_t begin, uint32_t end)
 {
     const vertex_list *l = user;
     qw_vertex_ball ball;
-    (void)block;
     for (uint32_t i = begin; i < end; i++) l->t->s->plane[l->vertex[i]] = plane_at(l->t, l->vertex[i], &ball);
 }
 

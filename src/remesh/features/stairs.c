@@ -41,9 +41,8 @@ static uint8_t step_at(const stairs_task *t, uint32_t h)
     return qw_dot(mean, n) < IN_LINE && qw_dot(mean, m) < IN_LINE ? ASKEW : BACK;
 }
 
-static void ask_steps(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void ask_steps(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const stairs_task *t = user;
     for (uint32_t i = begin; i < end; i++) t->step[i] = step_at(t, t->edge[i]);
 }

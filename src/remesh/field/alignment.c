@@ -28,9 +28,8 @@ typedef struct direction_task {
 } direction_task;
 
 /* The principal direction at each vertex, as long as it is clear; 0 where too much lies around it. */
-static void direction_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void direction_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const direction_task *t = user;
     for (uint32_t v = begin; v < end; v++) {
         t->direction[v] = qw_v3(0, 0, 0);
@@ -76,9 +75,8 @@ typedef struct pull_task {
 } pull_task;
 
 /* The cross that each vertex's direction asks for. */
-static void preference_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void preference_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const pull_task *t = user;
     for (uint32_t v = begin; v < end; v++) {
         float length = qw_length(t->direction[v]);
@@ -88,9 +86,8 @@ static void preference_block(void *user, uint32_t block, uint32_t begin, uint32_
 }
 
 /* Replaces each preference by the mean of itself and of its neighbours' mean, carried along the links. */
-static void spread_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void spread_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const pull_task *t = user;
     const qw_level *level = t->c->level;
     for (uint32_t v = begin; v < end; v++) {
@@ -123,9 +120,8 @@ static bool is_beside_curve(const qw_level *level, uint32_t v)
 
 /* Pulls each cross towards what its neighbourhood prefers, as far as that agrees in itself; not beside curves,
  * which decide there. */
-static void pull_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void pull_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const pull_task *t = user;
     for (uint32_t v = begin; v < end; v++) {
         preference own = t->own[v], around = t->from[v];
@@ -171,9 +167,8 @@ typedef struct asked_task {
 } asked_task;
 
 /* Pulls each cross towards the direction that was asked for at its vertex. */
-static void pull_to_asked_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void pull_to_asked_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const asked_task *t = user;
     for (uint32_t v = begin; v < end; v++) {
         float pull = t->c->diagonal[v] * ASKED_PULL * qw_length(t->asked[v]);

@@ -32,9 +32,8 @@ typedef struct finest_build {
     float *pulled;     /* float[vertex_count]: weight of all that adds to pull */
 } finest_build;
 
-static void axes_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void axes_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const finest_build *b = user;
     for (uint32_t v = begin; v < end; v++) {
         qw_vec3 n = b->level->normal[v], along = qw_normalize(qw_reject(b->level->direction[v], n));
@@ -109,9 +108,8 @@ static qw_phasor turned_by(float a)
 
 /* The links from each free vertex to its neighbours, as complex numbers that carry a cross across; a constrained
  * neighbour becomes a pull. */
-static void links_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void links_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const finest_build *b = user;
     const qw_level *level = b->level;
     for (uint32_t v = begin; v < end; v++) {
@@ -154,9 +152,8 @@ static qw_phasor link_between(const qw_connection_level *c, uint32_t v, uint32_t
 }
 
 /* Both children of a pair have the parent's cross, the first as it is and the second carried over their link. */
-static void along_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void along_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const coarse_build *b = user;
     for (uint32_t p = begin; p < end; p++) {
         const uint32_t *child = b->child + 2 * (size_t)p;
@@ -190,9 +187,8 @@ static void add_child(const coarse_build *b, uint32_t p, uint32_t v)
     }
 }
 
-static void coarse_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void coarse_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const coarse_build *b = user;
     for (uint32_t p = begin; p < end; p++) {
         for (int k = 0; k < 2; k++)

@@ -51,9 +51,8 @@ static double curvature_between(qw_vec3 a, qw_vec3 b, qw_vec3 c)
 
 /* Area and curvature of each triangle, and how much flows across its edges: nothing across curves, boundaries and
  * at corners. */
-static void measure_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void measure_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const diffusion *e = user;
     const qw_trimesh *m = e->mesh;
     for (uint32_t f = begin; f < end; f++) {
@@ -75,9 +74,8 @@ static void measure_block(void *user, uint32_t block, uint32_t begin, uint32_t e
 }
 
 /* y = A x, the matrix of the diffusion. */
-static void apply_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void apply_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const diffusion *e = user;
     for (uint32_t f = begin; f < end; f++) {
         double sum = e->diagonal[f] * e->x[f];
@@ -101,9 +99,8 @@ static float size_turn(const diffusion *e, uint32_t h)
 }
 
 /* What of the diffused curvature and of the sizes a cross has to turn by along each edge. */
-static void turn_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void turn_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const diffusion *e = user;
     const qw_trimesh *m = e->mesh;
     for (uint32_t h = 3 * begin; h < 3 * end; h++) {

@@ -32,9 +32,8 @@ static double log_size_of(const girth *g, uint32_t f)
 }
 
 /* How the logarithm of the size would rise across each edge, if it followed the turns of the field. */
-static void measure_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void measure_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const girth *g = user;
     const qw_trimesh *m = g->mesh;
     for (uint32_t f = begin; f < end; f++) {
@@ -51,9 +50,8 @@ static void measure_block(void *user, uint32_t block, uint32_t begin, uint32_t e
     }
 }
 
-static void lack_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void lack_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const girth *g = user;
     for (uint32_t f = begin; f < end; f++) {
         g->lack[f] = 0;
@@ -63,9 +61,8 @@ static void lack_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
 }
 
 /* y = A x, the Laplacian over triangles. */
-static void apply_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void apply_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const girth *g = user;
     for (uint32_t f = begin; f < end; f++) {
         double sum = g->diagonal[f] * g->x[f];

@@ -176,16 +176,16 @@ static uint32_t merge_neighbours(const merging *m, uint32_t at, uint32_t *neighb
 }
 
 /* Merges the vertices of a block and packs their neighbours one after the other. */
-static void merge_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void merge_block(void *user, uint32_t begin, uint32_t end)
 {
     const merging *m = user;
-    uint32_t used = 0;
+    uint32_t used = 0, room = m->room[begin / QW_GRAIN];
     for (uint32_t to = begin; to < end; to++) {
         merge_vertices(m, to);
         m->coarse->begin[to] = used;
-        used += merge_neighbours(m, to, m->neighbour + m->room[block] + used, m->weight + m->room[block] + used);
+        used += merge_neighbours(m, to, m->neighbour + room + used, m->weight + room + used);
     }
-    m->used[block] = used;
+    m->used[begin / QW_GRAIN] = used;
 }
 
 /* Numbers the pairs in the order of their first vertices, and says where each block finds room for its neighbours.
@@ -307,9 +307,8 @@ typedef struct sweep {
     void *user;
 } sweep;
 
-static void sweep_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void sweep_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const sweep *s = user;
     for (uint32_t i = begin; i < end; i++) s->update(s->user, s->vertices[i]);
 }

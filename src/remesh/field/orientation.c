@@ -67,16 +67,14 @@ static void diffuse(void *user, uint32_t v)
     s->z[v] = (qw_phasor){scale * re, scale * im};
 }
 
-static void normalize_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void normalize_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const orientation_state *s = user;
     for (uint32_t v = begin; v < end; v++) s->z[v] = s->before[v] = qw_phasor_unit(s->z[v]);
 }
 
-static void refine_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void refine_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const orientation_state *s = user;
     for (uint32_t v = begin; v < end; v++)
         s->z[v] = s->c->diagonal[v] == 0 ? (qw_phasor){1, 0}
@@ -90,9 +88,8 @@ static qw_phasor half_angle(qw_phasor z)
     return (qw_phasor){sqrtf(fmaxf(0, (1 + z.re) / 2)), z.im < 0 ? -im : im};
 }
 
-static void crosses_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void crosses_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const orientation_state *s = user;
     for (uint32_t v = begin; v < end; v++) {
         qw_phasor t = half_angle(half_angle(s->z[v]));
@@ -105,7 +102,7 @@ static void crosses_block(void *user, uint32_t block, uint32_t begin, uint32_t e
 static void for_all(qw_env *env, uint32_t n, qw_task task, orientation_state *s)
 {
     if (env) qw_parallel(env, n, QW_GRAIN, task, s);
-    else task(s, 0, 0, n);
+    else task(s, 0, n);
 }
 
 static void sweep(qw_env *env, orientation_state *s)
@@ -324,15 +321,14 @@ static void start_in_space(starts *a)
         s.c = &level[l];
         s.coarse = s.z;
         s.z = (l - a->last) % 2 ? a->space_z : result;
-        refine_block(&s, 0, 0, s.c->level->vertex_count);
+        refine_block(&s, 0, s.c->level->vertex_count);
         solve_level(NULL, &s, l == a->last ? 2 * STEPS : STEPS);
     }
     a->energy[STARTS] = qw_connection_energy(s.c, s.z);
 }
 
-static void make_starts(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void make_starts(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     for (uint32_t i = begin; i < end; i++)
         if (i == 0) start_in_space(user);
         else start_by_chance(user);

@@ -55,9 +55,8 @@ static void collect_neighbours(qw_env *env, diffusion *d)
 }
 
 /* y = A x for three coordinates, the matrix of the diffusion. */
-static void apply_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void apply_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const diffusion *d = user;
     for (uint32_t v = begin; v < end; v++) {
         const double *x = d->x + 3 * (size_t)v;
@@ -108,9 +107,8 @@ typedef struct equations {
 } equations;
 
 /* Diagonal, right side and first guess of the diffusion. */
-static void fill_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void fill_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const equations *q = user;
     const diffusion *d = q->d;
     for (size_t v = begin; v < end; v++) {
@@ -162,9 +160,8 @@ typedef struct blend {
 
 /* The normal of each vertex between the slightly and the widely smoothed one: the latter only as far as the former
  * is long. */
-static void blend_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void blend_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const blend *b = user;
     for (size_t v = begin; v < end; v++) {
         qw_vec3 f = qw_v3((float)b->far[3 * v], (float)b->far[3 * v + 1], (float)b->far[3 * v + 2]);

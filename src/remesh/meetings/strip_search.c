@@ -236,9 +236,9 @@ static void run_chain(void *user)
     k->counts.freed = first.crossing - best.crossing, k->score = best.score;
 }
 
-static void run_in_lane(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void run_in_lane(void *user, uint32_t begin, uint32_t end)
 {
-    (void)end, (void)block;
+    (void)end;
     chain *k = &((chain *)user)[begin];
     if (k->env && qw_protect(k->env, run_chain, k) != QW_OK) k->env = NULL;
 }

@@ -189,9 +189,9 @@ static void find_part(void *user)
                       (uint32_t)(halves * (b->part + 1) / a->lane_count), &b->found);
 }
 
-static void find_in_lane(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void find_in_lane(void *user, uint32_t begin, uint32_t end)
 {
-    (void)end, (void)block;
+    (void)end;
     worker *b = &((qw_tries *)user)->worker[begin];
     if (b->env && qw_protect(b->env, find_part, b) != QW_OK) b->env = NULL;
 }
@@ -230,9 +230,9 @@ static void try_some(void *user)
     }
 }
 
-static void try_in_lane(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void try_in_lane(void *user, uint32_t begin, uint32_t end)
 {
-    (void)end, (void)block;
+    (void)end;
     worker *b = &((qw_tries *)user)->worker[begin];
     if (b->env && qw_protect(b->env, try_some, b) != QW_OK) b->env = NULL;
 }

@@ -161,9 +161,8 @@ static void merge_links(const incidence *in, uint32_t c, uint32_t *place)
 
 static bool has_few_edges(const incidence *in, uint32_t c) { return in->first[c + 1] - in->first[c] <= FEW_EDGES; }
 
-static void merge_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void merge_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const incidence *in = user;
     for (uint32_t c = begin; c < end; c++)
         if (has_few_edges(in, c)) merge_links(in, c, NULL);
@@ -203,17 +202,15 @@ static qw_vec3 displacement(const system *s, const double *x, uint32_t c)
     return qw_madd(qw_scale(s->axis[c], (float)x[2 * c]), (float)x[2 * c + 1], s->side[c]);
 }
 
-static void move_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void move_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const product *p = user;
     for (uint32_t c = begin; c < end; c++) p->moved[c] = displacement(p->s, p->x, c);
 }
 
 /* y = A x: the residuals of all links at each class, along its two axes. */
-static void apply_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void apply_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const product *p = user;
     const system *s = p->s;
     for (uint32_t c = begin; c < end; c++) {
@@ -243,9 +240,8 @@ typedef struct right_side {
 } right_side;
 
 /* Right side and diagonal of the same system. */
-static void fill_right(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void fill_right(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const right_side *r = user;
     const system *s = r->s;
     for (uint32_t c = begin; c < end; c++) {
@@ -269,7 +265,7 @@ typedef struct energies {
 } energies;
 
 /* Energy and count of the links of a block, in squares of their sizes. */
-static void add_energies(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void add_energies(void *user, uint32_t begin, uint32_t end)
 {
     const energies *e = user;
     const system *s = e->s;
@@ -283,7 +279,7 @@ static void add_energies(void *user, uint32_t block, uint32_t begin, uint32_t en
             energy += s->weight[i] * qw_length2(r) / (s->size[c] * s->size[c]);
             count += s->weight[i];
         }
-    e->energy[block] = energy, e->count[block] = count;
+    e->energy[begin / QW_GRAIN_HEAVY] = energy, e->count[begin / QW_GRAIN_HEAVY] = count;
 }
 
 static double energy_of(qw_env *env, const system *s, const double *x)

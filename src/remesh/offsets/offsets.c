@@ -148,9 +148,8 @@ typedef struct edge_work {
                       tail's */
 } edge_work;
 
-static void edge_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void edge_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const edge_work *w = user;
     for (uint32_t e = begin; e < end; e++) {
         edge_offset(w->in, w->near, w->m, e, &w->turn[e]);

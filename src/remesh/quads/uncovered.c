@@ -22,9 +22,8 @@ static bool is_corner_near(const coverage *r, uint32_t half, qw_vec3 p)
 }
 
 /* Asks for each vertex of the surface whether a quad lies near it. */
-static void ask_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void ask_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const coverage *r = user;
     uint32_t hint = QW_NONE;
     for (uint32_t v = begin; v < end; v++) {

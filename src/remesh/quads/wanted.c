@@ -20,9 +20,8 @@ typedef struct lookup {
 } lookup;
 
 /* The wanted area of each quad, from the working mesh below its middle. */
-static void look_up_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void look_up_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const lookup *l = user;
     uint32_t hint = QW_NONE;
     for (uint32_t f = begin; f < end; f++) {

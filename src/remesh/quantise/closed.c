@@ -44,9 +44,8 @@ typedef struct rows {
 
 /* The rows of the normal equations: one for each of a triangle's two coordinates, with its neighbours' across its
  * three edges. */
-static void fill_rows(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void fill_rows(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     rows *r = user;
     const qw_offset_mesh *m = r->m;
     for (uint32_t f = begin; f < end; f++) {
@@ -71,9 +70,8 @@ static void fill_rows(void *user, uint32_t block, uint32_t begin, uint32_t end)
 }
 
 /* The right side: what the real offsets around each triangle sum up to. */
-static void fill_right(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void fill_right(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     rows *r = user;
     const qw_offset_mesh *m = r->m;
     for (uint32_t f = begin; f < end; f++) {
@@ -100,9 +98,8 @@ typedef struct correction {
 static float bounded(float x) { return fminf(fmaxf(x, -(float)QW_LONGEST_OFFSET), (float)QW_LONGEST_OFFSET); }
 
 /* The closed offsets: the real ones, corrected by the multipliers of the triangles on both sides. */
-static void correct_edges(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void correct_edges(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const correction *c = user;
     const qw_offset_mesh *m = c->m;
     for (uint32_t e = begin; e < end; e++) {
@@ -169,9 +166,8 @@ static float clamped(float stretch) { return fminf(fmaxf(stretch, 1 / MOST_STRET
 /* A linear map takes the triangle's own edges to the closed offsets. Its diagonal says by what factor the triangle is
    stretched along each axis of its frame; its other two entries turn the lines. The stretch that is wanted has the same
    ratio between the axes, and changes the area by the square root of what the map does. */
-static void stretch_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void stretch_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const giving *g = user;
     for (uint32_t f = begin; f < end; f++) {
         qw_real2 a = along(g->m, g->own, 3 * f), b = along(g->m, g->own, 3 * f + 1), c = along(g->m, g->closed, 3 * f),
@@ -188,9 +184,8 @@ static void stretch_block(void *user, uint32_t block, uint32_t begin, uint32_t e
 
 /* The wanted offset of an edge: its own, stretched by the geometric mean of its triangles' factors, as far as `give`
    lets it. */
-static void give_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void give_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const giving *g = user;
     const qw_offset_mesh *m = g->m;
     for (uint32_t e = begin; e < end; e++) {

@@ -360,15 +360,17 @@ typedef struct first_pass {
     const uint8_t *inner;     /* [V] */
     uint8_t *tried;           /* [V] 1: without success; 2: gone */
     qw_decimation_step *step; /* [STEPS_A_VERTEX * V], each block's from that of its first vertex on */
+    uint32_t size;            /* of a block, in vertices */
     uint32_t *step_count;     /* [blocks] */
     uint32_t *out;            /* [blocks * FAN] */
     uint8_t *out_turn;        /* [blocks * FAN] */
 } first_pass;
 
 /* Removes the vertices of a block that touch no other block, on the way in which all removals are recorded. */
-static void remove_inner(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void remove_inner(void *user, uint32_t begin, uint32_t end)
 {
     const first_pass *p = user;
+    uint32_t block = begin / p->size;
     collapse own = *p->c;
     own.step = p->step + (size_t)STEPS_A_VERTEX * begin, own.step_count = 0,
     own.step_capacity = STEPS_A_VERTEX * (end - begin);
@@ -404,7 +406,7 @@ static uint8_t *find_inner(qw_env *env, const collapse *c, uint32_t size)
 static uint8_t *begin_removal(qw_env *env, collapse *c)
 {
     uint32_t n = c->m->vertex_count, size = block_size(n), blocks = qw_block_count(n, size);
-    first_pass p = {.c = c, .inner = find_inner(env, c, size), .tried = QW_NEW_ZERO(env, uint8_t, n)};
+    first_pass p = {.c = c, .size = size, .inner = find_inner(env, c, size), .tried = QW_NEW_ZERO(env, uint8_t, n)};
     p.step = QW_NEW(env, qw_decimation_step, STEPS_A_VERTEX * (size_t)n), p.step_count = QW_NEW(env, uint32_t, blocks);
     p.out = QW_NEW(env, uint32_t, (size_t)FAN * blocks), p.out_turn = QW_NEW(env, uint8_t, (size_t)FAN * blocks);
     qw_parallel(env, n, size, remove_inner, &p);

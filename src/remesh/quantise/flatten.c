@@ -147,7 +147,7 @@ static void ends_moved(const layout *l, uint32_t e, qw_real2 *tail, qw_real2 *he
 }
 
 /* Energy of the edges of a block. */
-static void add_energies(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void add_energies(void *user, uint32_t begin, uint32_t end)
 {
     const layout *l = user;
     const qw_offset_mesh *m = l->m;
@@ -158,7 +158,7 @@ static void add_energies(void *user, uint32_t block, uint32_t begin, uint32_t en
         float x = (float)m->d[e].x + ub.x - ua.x - m->real[e].x, y = (float)m->d[e].y + ub.y - ua.y - m->real[e].y;
         sum += (double)(weight_of(l, e) * (x * x + y * y));
     }
-    l->energy[block] = sum;
+    l->energy[begin / QW_GRAIN_LIGHT] = sum;
 }
 
 static double energy_of(qw_env *env, layout *l)
@@ -205,9 +205,8 @@ static void solve(qw_env *env, layout *l, double most_fall, qw_flatten_counts *c
 }
 
 /* Offsets with every vertex where the real solution puts it. */
-static void lay_out_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void lay_out_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const layout *l = user;
     for (uint32_t e = begin; e < end; e++) {
         qw_real2 ua, ub;
@@ -217,9 +216,8 @@ static void lay_out_block(void *user, uint32_t block, uint32_t begin, uint32_t e
 }
 
 /* Offsets with every vertex at the lattice point nearest to that. */
-static void round_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void round_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const layout *l = user;
     const qw_offset_mesh *m = l->m;
     for (uint32_t e = begin; e < end; e++) {

@@ -88,9 +88,8 @@ static uint32_t well_framed(const qw_offset_mesh *m, uint32_t f)
 
 /* How wide the band between curves is around each triangle, along both axes of its cross, as a share of the wanted
  * size. */
-static void measure_widths(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void measure_widths(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const narrow_bands *s = user;
     const qw_offset_mesh *m = s->m;
     for (uint32_t f = begin; f < end; f++) {

@@ -121,9 +121,8 @@ static void make_trials(void *user)
     for (uint32_t i = l->begin; i < l->end; i++) make_trial(l->lane->env, l->components, &l->room, l->trial[i]);
 }
 
-static void run_series(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void run_series(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     series *all = user;
     for (uint32_t i = begin; i < end; i++)
         if (all[i].lane->env) (void)qw_protect(all[i].lane->env, make_trials, &all[i]); /* what failed is not `done` */

@@ -54,9 +54,8 @@ static bool should_turn(const diagonals *s, uint32_t f)
     return distance2(s, c[1], other_middle) < distance2(s, c[0], middle);
 }
 
-static void choose_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void choose_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const diagonals *s = user;
     for (uint32_t f = begin; f < end; f++) s->turn[f] = should_turn(s, f);
 }

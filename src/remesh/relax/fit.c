@@ -106,9 +106,8 @@ static bool away_at(const fitting *t, link *l, float along, qw_vec3 up, uint32_t
 }
 
 /* How far the surface lies above the middle of each link, and how much of that a move of each end makes up for. */
-static void measure_links(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void measure_links(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     assert(end <= ((const fitting *)user)->link_count);
     const fitting *t = user;
     uint32_t hint[2] = {QW_NONE, QW_NONE};
@@ -131,9 +130,8 @@ static void measure_links(void *user, uint32_t block, uint32_t begin, uint32_t e
 }
 
 /* One damped step of all vertices along their normals, within MOST edges. */
-static void jacobi_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void jacobi_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const fitting *t = user;
     for (uint32_t v = begin; v < end; v++) {
         float diagonal = 0, lack = 0;

@@ -95,9 +95,8 @@ static qw_vec3 target_vertex(const putting *t, uint32_t v, uint32_t *hint)
     return qw_length(way) <= m->reach ? qw_add(at, way) : at;
 }
 
-static void put_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void put_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const putting *t = user;
     uint32_t hint = QW_NONE;
     for (uint32_t v = begin; v < end; v++)

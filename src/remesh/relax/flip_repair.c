@@ -149,9 +149,8 @@ typedef struct survey {
     qw_faults *known;
 } survey;
 
-static void survey_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void survey_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const survey *s = user;
     for (uint32_t f = begin; f < end; f++)
         s->known[f] = qw_faults_of_quad(s->judge, s->quads->position, s->ground, s->quads->corner + 4 * (size_t)f);

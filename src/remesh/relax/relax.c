@@ -239,7 +239,7 @@ static bool lines_of_four(const relaxation *r, const quads4 *q, qw_vec3_lanes li
 }
 
 /* Energies where the step leads. */
-static void survey_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void survey_block(void *user, uint32_t begin, uint32_t end)
 {
     const relaxation *r = user;
     double sum = 0;
@@ -256,7 +256,7 @@ static void survey_block(void *user, uint32_t block, uint32_t begin, uint32_t en
             sum += energy[k];
         }
     }
-    r->sum[block] = sum;
+    r->sum[begin / GRAIN] = sum;
 }
 
 static double sum_blocks(const relaxation *r)
@@ -294,7 +294,7 @@ static void axes_at_corners(const relaxation *r, const quads4 *q, qw_vec3_lanes 
 
 /* Softness, energy and model of each quad where it is. Softer where a corner is inverted, by how much it is: so the
    energy there is large but not beyond all measure. */
-static void model_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void model_block(void *user, uint32_t begin, uint32_t end)
 {
     const relaxation *r = user;
     double sum = 0;
@@ -322,7 +322,7 @@ static void model_block(void *user, uint32_t block, uint32_t begin, uint32_t end
             sum += energy[k];
         }
     }
-    r->sum[block] = sum;
+    r->sum[begin / GRAIN] = sum;
 }
 
 /* ---- frames */
@@ -335,9 +335,8 @@ static qw_vec3 curve_direction(const relaxation *r, uint32_t v)
 }
 
 /* Normal and directions of movement of each vertex: two in its plane, one along a curve, none where it is held. */
-static void frame_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void frame_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     relaxation *r = user;
     for (uint32_t v = begin; v < end; v++) {
         qw_vec3 n = {0, 0, 0};
@@ -397,9 +396,8 @@ static bool is_sound(const relaxation *r, uint32_t f, qw_vec3 twice)
 }
 
 /* The direction in which each quad should face: its own once it agrees with the surface, else the surface's. */
-static void reference_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void reference_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     relaxation *r = user;
     for (uint32_t f = begin; f < end; f++) {
         qw_vec3 own = twice_area(r, f, r->position), n = qw_normalize(own);
@@ -459,9 +457,8 @@ static void move_vertex(relaxation *r, uint32_t v, uint32_t hint)
     }
 }
 
-static void move_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void move_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     relaxation *r = user;
     for (uint32_t v = begin, hint = QW_NONE; v < end; v++) { /* neighbours follow one another */
         if (!r->moves[v]) continue;
@@ -516,9 +513,8 @@ static void take_step(relaxation *r)
 }
 
 /* The step that the model asks for, no longer than the plane of a vertex is to be trusted. */
-static void clamp_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void clamp_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     relaxation *r = user;
     for (uint32_t v = begin; v < end; v++) {
         qw_vec2 u = r->system.x[v];

@@ -35,9 +35,8 @@ static qw_hit find_place(const qw_relax_lines *l, uint32_t f, qw_vec3 middle, qw
 
 /* The directions along and across which each quad should lie, from the surface below its middle; as long as they
  * are clear. */
-static void look_up_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void look_up_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const lookup *t = user;
     qw_relax_lines *l = t->lines;
     const qw_vec3 *p = t->position;

@@ -140,9 +140,8 @@ static qw_vec3 plane_normal(const grid *g, uint32_t a)
 }
 
 /* How the movement of a cluster's plane moves each of its members. */
-static void share_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void share_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     grid *g = user, *next = g + 1;
     for (uint32_t a = begin; a < end; a++) {
         qw_vec3 n = plane_normal(g, a), *to = next->axis[a];
@@ -155,9 +154,8 @@ static void share_block(void *user, uint32_t block, uint32_t begin, uint32_t end
 }
 
 /* The matrix of the next grid: P' A P, by clusters, and the inverse of its diagonal blocks. */
-static void coarse_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void coarse_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     grid *g = user, *next = g + 1;
     for (uint32_t a = begin; a < end; a++) {
         memset(next->a.block[next->a.row[a]], 0, (next->a.row[a + 1] - next->a.row[a]) * sizeof *next->a.block);
@@ -238,9 +236,8 @@ typedef struct restriction {
 } restriction;
 
 /* What residuals of members are to their clusters. */
-static void restrict_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void restrict_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const restriction *w = user;
     const grid *g = w->g;
     for (uint32_t a = begin; a < end; a++) {
@@ -279,7 +276,7 @@ qw_relax_correction qw_relax_grids_correct(qw_env *env, qw_relax_grids *g, const
     if (g->count < 2) return (qw_relax_correction){0};
     grid *l = g->grid;
     qw_parallel(env, l[1].a.count, QW_GRAIN_SEARCH, restrict_block, &(restriction){l, r});
-    for (uint32_t i = 1; i + 1 < g->count; i++) restrict_block(&(restriction){l + i, l[i].r}, 0, 0, l[i + 1].a.count);
+    for (uint32_t i = 1; i + 1 < g->count; i++) restrict_block(&(restriction){l + i, l[i].r}, 0, l[i + 1].a.count);
     solve_coarse(g);
     qw_relax_correction c = {l->group, (const float(*)[4])l->share, l[1].z, 0};
     for (uint32_t a = 0; a < l[1].a.count; a++)

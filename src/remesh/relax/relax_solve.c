@@ -56,9 +56,8 @@ typedef struct filling {
 } filling;
 
 /* The matrix rows and right side of each vertex, out of the models of the quads around it. */
-static void fill_rows(void *user, uint32_t block, uint32_t first, uint32_t last)
+static void fill_rows(void *user, uint32_t first, uint32_t last)
 {
-    (void)block;
     const filling *f = user;
     qw_relax_system *s = f->s;
     for (uint32_t v = first; v < last; v++) {
@@ -108,7 +107,7 @@ static inline double condition(qw_relax_system *s, uint32_t v)
 }
 
 /* x = 0 and the first residual; sums up its product with what the preconditioner makes of it. */
-static void start_block(void *user, uint32_t block, uint32_t first, uint32_t last)
+static void start_block(void *user, uint32_t first, uint32_t last)
 {
     qw_relax_system *s = user;
     double sum = 0;
@@ -117,11 +116,11 @@ static void start_block(void *user, uint32_t block, uint32_t first, uint32_t las
         s->r[v] = s->side[v];
         sum += condition(s, v);
     }
-    s->sum[block] = sum;
+    s->sum[first / QW_GRAIN_HEAVY] = sum;
 }
 
 /* q = A p, and their product. */
-static void multiply_block(void *user, uint32_t block, uint32_t first, uint32_t last)
+static void multiply_block(void *user, uint32_t first, uint32_t last)
 {
     qw_relax_system *s = user;
     double sum = 0;
@@ -138,11 +137,11 @@ static void multiply_block(void *user, uint32_t block, uint32_t first, uint32_t 
         s->q[v] = q;
         sum += (double)q.x * s->p[v].x + (double)q.y * s->p[v].y;
     }
-    s->sum[block] = sum;
+    s->sum[first / QW_GRAIN_HEAVY] = sum;
 }
 
 /* A step along p, the new residual, and its product with what the preconditioner makes of it. */
-static void step_block(void *user, uint32_t block, uint32_t first, uint32_t last)
+static void step_block(void *user, uint32_t first, uint32_t last)
 {
     qw_relax_system *s = user;
     double sum = 0;
@@ -151,12 +150,11 @@ static void step_block(void *user, uint32_t block, uint32_t first, uint32_t last
         s->r[v].x -= s->alpha * s->q[v].x, s->r[v].y -= s->alpha * s->q[v].y;
         sum += condition(s, v);
     }
-    s->sum[block] = sum;
+    s->sum[first / QW_GRAIN_HEAVY] = sum;
 }
 
-static void turn_block(void *user, uint32_t block, uint32_t first, uint32_t last)
+static void turn_block(void *user, uint32_t first, uint32_t last)
 {
-    (void)block;
     qw_relax_system *s = user;
     for (uint32_t v = first; v < last; v++) {
         qw_vec2 more = qw_correction_at(&s->correction, v);

@@ -31,11 +31,10 @@ typedef struct edge_bends {
 enum { AT_ONCE = 1 << 14 };
 
 /* How each edge bends the surface: half its turn times its length, as a tensor along it. */
-static void find_bends(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void find_bends(void *user, uint32_t begin, uint32_t end)
 {
     edge_bends *e = user;
     const qw_trimesh *m = e->mesh;
-    (void)block;
     for (uint32_t i = begin; i < end; i++) {
         uint32_t h = e->first + i, twin = m->twin[h];
         e->is_bent[i] = false;

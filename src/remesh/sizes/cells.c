@@ -196,9 +196,8 @@ static inline void spread_some(const spread_task *t, uint32_t begin, uint32_t en
 }
 
 /* The counts are written out, so that compilers lay the sums side by side. */
-static void spread_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void spread_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const spread_task *t = user;
     uint32_t first = 0;
     for (; first + AT_ONCE <= t->channels; first += AT_ONCE) spread_some(t, begin, end, first, AT_ONCE);

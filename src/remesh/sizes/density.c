@@ -94,9 +94,8 @@ static float thickness_at(const limb_task *t, uint32_t v)
 }
 
 /* Lowers the size where the surface is round, so that AROUND edges or so go around a limb. */
-static void limb_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void limb_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const limb_task *t = user;
     const float share = (float)QW_PI / AROUND;
     for (uint32_t v = begin; v < end; v++) {
@@ -219,10 +218,9 @@ typedef struct even_task {
 } even_task;
 
 /* Normal and curvatures of each cell, out of its tensor. */
-static void look_at_cells(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void look_at_cells(void *user, uint32_t begin, uint32_t end)
 {
     const even_task *t = user;
-    (void)block;
     for (uint32_t c = begin; c < end; c++) {
         double k[2];
         t->normal[c] = qw_principal_curvatures(&t->sums[c], k);
@@ -232,10 +230,9 @@ static void look_at_cells(void *user, uint32_t block, uint32_t begin, uint32_t e
     }
 }
 
-static void shrink_cells(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void shrink_cells(void *user, uint32_t begin, uint32_t end)
 {
     const even_task *t = user;
-    (void)block;
     for (uint32_t c = begin; c < end; c++) t->even[c] *= (float)qw_pow((double)t->mean[c] * t->edge + FLAT, -t->power);
 }
 

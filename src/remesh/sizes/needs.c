@@ -97,9 +97,8 @@ typedef struct needle_task {
     uint8_t *needle; /* uint8_t[faces]: whether each is one */
 } needle_task;
 
-static void find_needles(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void find_needles(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const needle_task *t = user;
     for (uint32_t f = begin; f < end; f++) t->needle[f] = is_needle(t->surface, f);
 }

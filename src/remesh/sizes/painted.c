@@ -63,9 +63,8 @@ typedef struct painting {
 } painting;
 
 /* The painted density at each vertex, from the nearest place of the clean surface. */
-static void paint_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void paint_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const painting *a = user;
     uint32_t hint = QW_NONE;
     for (uint32_t v = begin; v < end; v++) {

@@ -261,9 +261,9 @@ typedef struct scouting {
 } scouting;
 
 /* Follows every parts-th of the seeds; the threads differ in their first. */
-static void scout_part(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void scout_part(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block, (void)end;
+    (void)end;
     const scouting *s = user;
     finder *f = &s->finder[begin];
     for (uint32_t i = s->begin + begin; i < s->end; i += s->parts) {

@@ -38,9 +38,8 @@ static bool may_touch(const qw_refinement *r, qw_vec3 low, qw_vec3 high)
 }
 
 /* A vertex becomes smaller once a round, however many balls it lies in; refinements are sorted by round. */
-static void refine_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void refine_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const refining *a = user;
     const qw_vec3 *position = a->request->surface->position;
     uint8_t refined[QW_GRAIN_LIGHT] = {0}; /* the last round that made it smaller */

@@ -76,9 +76,8 @@ static uint32_t key_of(const clustering *c, uint32_t v)
 static uint32_t opened_at(const clustering *c, uint32_t i) { return c->opened ? c->opened[i] : i; }
 static uint32_t touched_at(const clustering *c, uint32_t i) { return c->touched ? c->touched[i] : i; }
 
-static void find_cells(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void find_cells(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     clustering *c = user;
     for (uint32_t i = begin; i < end; i++) {
         uint32_t v = opened_at(c, i);
@@ -87,9 +86,8 @@ static void find_cells(void *user, uint32_t block, uint32_t begin, uint32_t end)
     }
 }
 
-static void find_levels(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void find_levels(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     clustering *c = user;
     for (uint32_t v = begin; v < end; v++) c->level[v] = first_level(c, v), c->open[v] = 1;
 }
@@ -198,9 +196,8 @@ static void measure(const clustering *c, cluster *k, const uint32_t *member)
         k->bad |= fabsf(qw_dot(k->normal, qw_sub(position[member[i]], k->place))) > FLAT * c->cell[member[i]];
 }
 
-static void measure_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void measure_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const clustering *c = user;
     for (uint32_t k = begin; k < end; k++)
         if (c->cluster[c->first + k].count > 1) measure(c, &c->cluster[c->first + k], c->member + c->begin[k]);
@@ -215,9 +212,8 @@ static bool has_three(const clustering *c, uint32_t f)
     return a != b && b != d && d != a;
 }
 
-static void find_three(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void find_three(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const clustering *c = user;
     for (uint32_t first = begin; first < end; first += 64) {
         uint64_t bits = 0;
@@ -243,9 +239,8 @@ static void set_bit(uint64_t *bits, uint32_t i, bool value)
     bits[i / 64] = (bits[i / 64] & ~(UINT64_C(1) << i % 64)) | (uint64_t)value << i % 64;
 }
 
-static void find_corners(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void find_corners(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const clustering *c = user;
     for (size_t t = begin; t < end; t++)
         for (size_t i = 0; i < 3; i++) c->corner[3 * t + i] = c->of[c->input->corner[3 * (size_t)c->face[t] + i]];
@@ -337,9 +332,8 @@ static void touch(clustering *c)
     qw_free(c->env, bits);
 }
 
-static void reopen_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void reopen_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     clustering *c = user;
     for (uint32_t v = begin; v < end; v++) {
         const cluster *k = &c->cluster[c->of[v]];
@@ -453,7 +447,7 @@ typedef struct foresight {
 } foresight;
 
 /* How many faces clusters of these cells would leave, and the largest cell, over a block. */
-static void foresee_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void foresee_block(void *user, uint32_t begin, uint32_t end)
 {
     const foresight *s = user;
     double sum = 0;
@@ -464,7 +458,7 @@ static void foresee_block(void *user, uint32_t block, uint32_t begin, uint32_t e
         sum += FACES_A_CELL / 2 * (double)(qw_length(qw_face_cross(s->input, f)) / (size * size));
         largest = fmaxf(largest, fmaxf(fmaxf(s->cell[v[0]], s->cell[v[1]]), s->cell[v[2]]));
     }
-    s->faces[block] = sum, s->largest[block] = largest;
+    s->faces[begin / QW_GRAIN_LIGHT] = sum, s->largest[begin / QW_GRAIN_LIGHT] = largest;
 }
 
 /* How many triangles there will be. */

@@ -11,9 +11,8 @@ typedef struct marking {
     uint32_t *face_block;
 } marking;
 
-static void begin_vertices(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void begin_vertices(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     qw_edit *e = ((const marking *)user)->edit;
     for (uint32_t v = begin; v < end; v++) e->vertex[v].inner = e->vertex[v].out != QW_NONE;
 }
@@ -27,9 +26,8 @@ static uint32_t block_of(const qw_edit *e, uint32_t f)
     return e->vertex[c[1]].block == block && e->vertex[c[2]].block == block ? block : SEAM;
 }
 
-static void find_blocks(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void find_blocks(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const marking *m = user;
     for (uint32_t f = begin; f < end; f++) m->face_block[f] = block_of(m->edit, f);
 }
@@ -98,9 +96,8 @@ typedef struct run {
 } run;
 
 /* Runs a task on each block with counters of its own, and notes what they came to. */
-static void run_blocks(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void run_blocks(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const run *a = user;
     for (uint32_t b = begin; b < end; b++) {
         qw_reshape own = *a->r;

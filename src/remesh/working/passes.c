@@ -25,9 +25,8 @@ typedef struct flagging {
     uint8_t *flag;
 } flagging;
 
-static void flag_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void flag_block(void *user, uint32_t begin, uint32_t end)
 {
-    (void)block;
     const flagging *a = user;
     for (uint32_t f = begin; f < end; f++) a->flag[f] = !qw_edit_dead(a->edit, f) && a->test(a->edit, f, a->user);
 }

@@ -156,13 +156,13 @@ typedef struct lengths {
     float *most2; /* [blocks] */
 } lengths;
 
-static void sum_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void sum_block(void *user, uint32_t begin, uint32_t end)
 {
     const lengths *l = user;
     double sum = 0;
     for (uint32_t f = begin; f < end; f++)
         if (!qw_edit_dead(l->edit, f)) sum += sqrtf(qw_edge_ratio2(l->edit, 4 * f));
-    l->sum[block] = sum;
+    l->sum[begin / QW_GRAIN_LIGHT] = sum;
 }
 
 static double mean_edge(const qw_edit *e)
@@ -177,7 +177,7 @@ static double mean_edge(const qw_edit *e)
 }
 
 /* The longest edge of a block, in target lengths, squared. */
-static void most_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
+static void most_block(void *user, uint32_t begin, uint32_t end)
 {
     const lengths *l = user;
     float most2 = 0;
@@ -186,7 +186,7 @@ static void most_block(void *user, uint32_t block, uint32_t begin, uint32_t end)
         float length2 = qw_edge_ratio2(l->edit, h);
         most2 = length2 > most2 ? length2 : most2;
     }
-    l->most2[block] = most2;
+    l->most2[begin / QW_GRAIN_LIGHT] = most2;
 }
 
 static float longest_of_all2(const qw_edit *e)
