@@ -5,6 +5,7 @@
 #include "io/file.h"
 #include "run/dump_validate.h"
 #include "run/stages/stages.h"
+#include "whole/small.h"
 
 #include <assert.h>
 #include <stdio.h>
@@ -356,27 +357,34 @@ static void read_input(void *user)
     d->c->run.plan = d->c->history.attempt[d->c->history.current].plan;
 }
 
-/* The core, as CORE makes it. The report has what it says already. */
-static void make_core(qw_context_state *c)
+/* Makes what follows quickly from earlier parts, and is not in the dump. */
+static void make_part(dump *d)
 {
-    qw_report *report = QW_NEW(c->env, qw_report, 1);
-    *report = c->report;
-    qw_enter_stage(c->env, QW_STAGE_CORE);
-    qw_stage_CORE(&c->run);
-    c->report = *report;
-    qw_free(c->env, report);
+    qw_run_state *run = &d->c->run;
+    qw_enter_stage(d->env, (qw_stage)d->part);
+    switch (d->part) {
+    case PART_CORE: qw_stage_CORE(run); break;
+    case PART_SURFACE: run->surface_faces = qw_surface_faces(run, &run->options), qw_set_core(run); break;
+    case PART_HIERARCHY:
+        if (d->finished == PART_HIERARCHY + 1) qw_stage_HIERARCHY(run);
+        break;
+    case PART_SCALE: qw_stage_SCALE(run); break;
+    case PART_OFFSETS: qw_stage_OFFSETS(run); break;
+    case PART_REGULAR: run->regular = run->offsets; break;
+    case PART_QUADS: qw_stage_QUADS(run); break;
+    case PART_POSITIONS: run->embedded = run->extraction.quads; break;
+    default: break;
+    }
 }
 
 /* Reads what one stage has left, or makes it anew where that is quicker, and checks it. */
 static void read_stage(void *user)
 {
     dump *d = user;
-    if (d->part == PART_CORE) make_core(d->c);
-    if (d->part == PART_HIERARCHY && d->finished == PART_HIERARCHY + 1) { /* the same as that of the dumped run, and
-                                                                            quicker built than read */
-        qw_enter_stage(d->env, QW_STAGE_HIERARCHY);
-        qw_stage_HIERARCHY(&d->c->run);
-    }
+    qw_report *report = memcpy(QW_NEW(d->env, qw_report, 1), &d->c->report, sizeof *report);
+    make_part(d);
+    d->c->report = *report; /* it has what they say already */
+    qw_free(d->env, report);
     walk(d, d->part);
     validate(d);
     if (d->part == PART_SURFACE) qw_build_tree(&d->c->run);
