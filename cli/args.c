@@ -9,7 +9,6 @@
 
 typedef struct parser {
     qw_arguments *out;
-    const char *preset; /* as --preset names it, or NULL */
     int argc, next;
     char **argv;
     char *message;
@@ -57,14 +56,13 @@ static qw_status parse_dump(parser *p, const char *value)
         value);
 }
 
-static qw_status parse_whole(parser *p, const char *name, const char *value, int64_t least, int64_t most,
-                             int64_t *number)
+static qw_status parse_whole(parser *p, const qw_switch_row *row, const char *value, int64_t *number)
 {
     char *end;
     long long v = strtoll(value, &end, 10);
-    if (end == value || *end || v < least || v > most)
-        return refuse(p, QW_ARGUMENT, "--%s must be a whole number from %lld to %lld, not \"%.40s\"", name,
-                      (long long)least, (long long)most, value);
+    if (end == value || *end || v < row->least || v > row->most)
+        return refuse(p, QW_ARGUMENT, "--%s must be a whole number from %lld to %lld, not \"%.40s\"", row->name,
+                      (long long)row->least, (long long)row->most, value);
     *number = v;
     return QW_OK;
 }
@@ -88,14 +86,12 @@ static qw_status set_input(parser *p, const char *value)
 
 /* ---- options of the library */
 
-static const qw_option_info *option_named(const char *name)
+/* NULL: none is called so. at: qw_option_at, or qw_asset_option_at for those of texture coordinates and maps. */
+static const qw_option_info *option_named(const qw_option_info *(*at)(size_t), const char *name)
 {
-    for (size_t i = 0; i < qw_option_count(); i++) {
-        const char *a = qw_option_at(i)->name, *b = name;
-        while (*a && (*a == *b || (*a == '_' && *b == '-'))) a++, b++;
-        if (*a == *b) return qw_option_at(i);
-    }
-    return NULL;
+    const qw_option_info *info;
+    for (size_t i = 0; (info = at(i)) && !qw_same_name(info->name, name);) i++;
+    return info;
 }
 
 /* In the library a target of zero means "not asked for"; said aloud it is a mistake. */
@@ -103,7 +99,7 @@ static qw_status set_option(parser *p, const char *name, const char *value)
 {
     static const char *const targets[] = {"faces", "vertices", "edge_length", "ratio"};
     qw_status status = qw_option_set(&p->out->options, name, value, p->message, p->message_size);
-    const qw_option_info *info = option_named(name);
+    const qw_option_info *info = option_named(qw_option_at, name);
     char now[64] = "";
     int i = 0;
     while (i < 4 && !(info && strcmp(info->name, targets[i]) == 0)) i++;
@@ -114,14 +110,6 @@ static qw_status set_option(parser *p, const char *name, const char *value)
                       info->most, value);
     if (status == QW_OK && strcmp(now, "0") == 0) return refuse(p, QW_OPTION, "option %s must be above 0", targets[i]);
     return status;
-}
-
-/* An option of texture coordinates and maps, by its name; NULL: none is called so. */
-static const qw_option_info *asset_option_named(const char *name)
-{
-    for (size_t i = 0; i < qw_asset_option_count(); i++)
-        if (qw_same_name(qw_asset_option_at(i)->name, name)) return qw_asset_option_at(i);
-    return NULL;
 }
 
 static const char *following(parser *p, char *inline_value)
@@ -144,19 +132,22 @@ static const char *owner_of(const char *name)
     for (size_t i = 0; (row = qw_switch_at(i)); i++)
         for (int c = 0; row->name && strcmp(row->name, name) == 0 && c < QW_COMMAND_COUNT; c++)
             if (row->commands & 1 << c) return qw_command_name((qw_command)c);
-    return option_named(name) || asset_option_named(name) ? qw_command_name(QW_COMMAND_REMESH) : NULL;
+    return option_named(qw_option_at, name) || option_named(qw_asset_option_at, name)
+               ? qw_command_name(QW_COMMAND_REMESH)
+               : NULL;
 }
 
 static qw_status take_option(parser *p, const char *name, char *inline_value)
 {
-    const qw_option_info *info = option_named(name), *asset = info ? NULL : asset_option_named(name);
+    const qw_option_info *info = option_named(qw_option_at, name),
+                         *asset = info ? NULL : option_named(qw_asset_option_at, name);
     if (asset) {
         const char *value = following(p, inline_value);
         if (!value) return refuse(p, QW_ARGUMENT, "--%s needs a value", name);
         return qw_asset_option_set(&p->out->asset, name, value, p->message, p->message_size);
     }
     if (!info && strncmp(name, "no-", 3) == 0 && !inline_value) {
-        info = option_named(name + 3);
+        info = option_named(qw_option_at, name + 3);
         if (info && info->kind == QW_KIND_FLAG) return set_option(p, info->name, "off");
         info = NULL;
     }
@@ -291,69 +282,21 @@ static qw_status parse_memory(parser *p, const char *value)
     return QW_OK;
 }
 
-/* Switches without a value: what is true where they are given; NULL: another kind. */
-static bool *flag_of(qw_arguments *out, qw_switch_id id)
-{
-    switch (id) {
-    case SWITCH_VERSION: return &out->version;
-    case SWITCH_UNWRAP: return &out->unwrap;
-    case SWITCH_NO_ATTRIBUTES: return &out->bare;
-    case SWITCH_VISIBLE: return &out->visible;
-    case SWITCH_LIMIT: return &out->limit;
-    case SWITCH_QUIET: return &out->quiet;
-    case SWITCH_VERBOSE: return &out->verbose;
-    case SWITCH_LINES: return &out->lines;
-    case SWITCH_CLOSED: return &out->closed;
-    case SWITCH_RETRY: return &out->retry;
-    case SWITCH_FORCE: return &out->force;
-    default: return NULL;
-    }
-}
-
-/* Switches whose value is kept as it is, names of files for the most part; NULL: another kind. */
-static const char **text_of(parser *p, qw_switch_id id)
-{
-    switch (id) {
-    case SWITCH_OUTPUT: return &p->out->output;
-    case SWITCH_PROVENANCE: return &p->out->provenance;
-    case SWITCH_DENSITY: return &p->out->density;
-    case SWITCH_FIELD_IN: return &p->out->field_in;
-    case SWITCH_FIELD_OUT: return &p->out->field_out;
-    case SWITCH_GUIDES: return &p->out->guides;
-    case SWITCH_REGION: return &p->out->region;
-    case SWITCH_AGAINST: return &p->out->against;
-    case SWITCH_COARSE: return &p->out->coarse;
-    case SWITCH_FROM_STAGE: return &p->out->from_stage;
-    case SWITCH_PRESET: return &p->preset;
-    default: return NULL;
-    }
-}
-
-/* Switches whose value is a whole number or a word of a few. */
 static qw_status parse_value(parser *p, const qw_switch_row *row, const char *value)
 {
-    qw_arguments *out = p->out;
     switch (row->id) {
     case SWITCH_INPUT: return set_input(p, value);
     case SWITCH_KEEP: return parse_keep(p, value);
     case SWITCH_BAKE: return parse_bake(p, value);
     case SWITCH_LEVELS: return parse_levels(p, value);
     case SWITCH_DUMP_STAGE: return parse_dump(p, value);
-    case SWITCH_WIDTH: return parse_whole(p, row->name, value, 16, 16384, &out->width);
-    case SWITCH_HEIGHT: return parse_whole(p, row->name, value, 16, 16384, &out->height);
-    case SWITCH_VIEWS: return parse_whole(p, row->name, value, 1, 6, &out->views);
     case SWITCH_FORMAT:
     case SWITCH_FIELD_PER:
     case SWITCH_NORMALS:
     case SWITCH_PATCHES_FROM:
     case SWITCH_COLOR: return parse_choice(p, row, value);
-    case SWITCH_CHORD: return parse_whole(p, row->name, value, 1, INT32_MAX, &out->chord);
-    case SWITCH_AZIMUTH: return parse_whole(p, row->name, value, -360, 360, &out->azimuth);
-    case SWITCH_ELEVATION: return parse_whole(p, row->name, value, -90, 90, &out->elevation);
     case SWITCH_SHARP: return parse_sharp(p, value);
     case SWITCH_MEMORY_LIMIT: return parse_memory(p, value);
-    case SWITCH_TIME_LIMIT: return parse_whole(p, row->name, value, 1, 1000000, &out->time_limit);
-    case SWITCH_JOBS: return parse_whole(p, row->name, value, 1, 256, &out->jobs);
     case SWITCH_SHARD: return parse_shard(p, value);
     default: return set_option(p, row->option, row->fixed ? row->fixed : value); /* SWITCH_STANDS_FOR */
     }
@@ -362,10 +305,10 @@ static qw_status parse_value(parser *p, const qw_switch_row *row, const char *va
 static qw_status apply(parser *p, const qw_switch_row *row, const char *value)
 {
     qw_arguments *out = p->out;
-    bool *flag = flag_of(out, row->id);
-    const char **text = text_of(p, row->id);
-    if (flag) *flag = true;
-    else if (text) *text = value;
+    void *member = (char *)out + row->member;
+    if (row->id == SWITCH_FLAG) *(bool *)member = true;
+    else if (row->id == SWITCH_TEXT) *(const char **)member = value;
+    else if (row->id == SWITCH_WHOLE) return parse_whole(p, row, value, member);
     else if (row->id == SWITCH_HELP) { /* of a command what it takes; else the screen */
         out->input = out->command == QW_COMMAND_REMESH ? NULL : qw_command_name(out->command);
         out->command = QW_COMMAND_HELP;
@@ -625,9 +568,10 @@ qw_status qw_parse_arguments(int argc, char **argv, qw_arguments *arguments, cha
     const char *meant = argc > 1 && !named ? command_meant(argv[1]) : NULL;
     if (meant) return refuse(&p, QW_ARGUMENT, "unknown command \"%.40s\"; did you mean \"%s\"?", argv[1], meant);
     qw_status status = parse_words(&p);
-    if (status == QW_OK && p.preset && qw_takes_options(arguments->command)) {
+    const char *preset = arguments->preset;
+    if (status == QW_OK && preset && qw_takes_options(arguments->command)) {
         begin(&p, command, 1 + named);
-        status = qw_options_preset(&arguments->options, p.preset, message, message_size);
+        status = qw_options_preset(&arguments->options, preset, message, message_size);
         if (status == QW_OK) status = parse_words(&p);
     }
     return status == QW_OK ? check(&p) : status;

@@ -73,6 +73,7 @@ typedef struct qw_arguments {
     bool force;   /* remesh: the result may replace the input; batch: results made with other options, too */
     bool visible; /* measure: against what is seen from outside */
     bool quiet, verbose, version;
+    const char *preset; /* may be NULL */
     qw_options options;
 } qw_arguments;
 

@@ -531,10 +531,6 @@ static void bad_calls(void **state)
     assert_int_equal(qw_run(context, &options), QW_OPTION);           \
     assert_non_null(strstr(qw_message(context), #name));
 #include "quadwright/options.def"
-#undef QW_OPTION_COUNT
-#undef QW_OPTION_FLAG
-#undef QW_OPTION_CHOICE
-#undef QW_OPTION_REAL
     options = options_for(40);
     assert_int_equal(qw_run(context, &options), QW_OK);
     assert_string_equal(qw_message(context), "");

@@ -93,7 +93,6 @@ typedef struct alone {
 static const qw_stage_function stages[QW_STAGE_COUNT] = {
 #define QW_STAGE(name, title, source, weight) qw_stage_##name,
 #include "quadwright/stages.def"
-#undef QW_STAGE
 };
 
 static void run_stages(void *user)

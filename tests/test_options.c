@@ -176,10 +176,6 @@ static void every_bound_is_named(void **state)
 #define QW_OPTION_FLAG(name, stage, initial, help)               PUSH(name, -1) PUSH(name, 2)
 #define QW_OPTION_CHOICE(name, stage, initial, last, list, help) PUSH(name, -1) PUSH(name, last + 1)
 #include "quadwright/options.def"
-#undef QW_OPTION_COUNT
-#undef QW_OPTION_REAL
-#undef QW_OPTION_FLAG
-#undef QW_OPTION_CHOICE
     qw_options_init(&o);
     o.size--;
     EXPECT_REFUSAL(size)

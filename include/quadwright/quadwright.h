@@ -54,7 +54,6 @@ QW_API const char *qw_version(void);
 typedef enum qw_status {
 #define QW_ERROR(name, exit_code, text) QW_##name,
 #include "quadwright/errors.def"
-#undef QW_ERROR
     QW_STATUS_COUNT
 } qw_status;
 
@@ -68,7 +67,6 @@ QW_API int qw_status_exit_code(qw_status status);
 typedef enum qw_stage {
 #define QW_STAGE(name, title, source, weight) QW_STAGE_##name,
 #include "quadwright/stages.def"
-#undef QW_STAGE
     QW_STAGE_COUNT
 } qw_stage;
 
@@ -336,8 +334,6 @@ typedef struct qw_asset_options {
 #define QW_ASSET_COUNT(name, initial, least, most, unit, help) int64_t name;
 #define QW_ASSET_REAL(name, initial, least, most, unit, help)  double name;
 #include "quadwright/asset.def"
-#undef QW_ASSET_COUNT
-#undef QW_ASSET_REAL
 } qw_asset_options;
 
 QW_API void qw_asset_options_init(qw_asset_options *options);

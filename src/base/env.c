@@ -68,7 +68,6 @@ struct qw_env {
 static const double stage_weight[QW_STAGE_COUNT] = {
 #define QW_STAGE(name, title, source, weight) weight,
 #include "quadwright/stages.def"
-#undef QW_STAGE
 };
 
 static void *default_resize(void *user, void *old, size_t old_size, size_t new_size)

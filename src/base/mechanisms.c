@@ -9,7 +9,6 @@
 static const char *const names[QW_MECHANISMS] = {
 #define QW_MECHANISM(name, file, what, without) #name,
 #include "base/mechanisms.def"
-#undef QW_MECHANISM
 };
 
 /* A name that no mechanism has would measure nothing. */

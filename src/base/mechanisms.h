@@ -12,7 +12,6 @@ typedef struct qw_env qw_env;
 typedef enum qw_mechanism {
 #define QW_MECHANISM(name, file, what, without) QW_MECH_##name,
 #include "base/mechanisms.def"
-#undef QW_MECHANISM
     QW_MECHANISMS,
 } qw_mechanism;
 

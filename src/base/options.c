@@ -17,97 +17,72 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const qw_option_info infos[] = {
+typedef struct row {
+    qw_option_info info;
+    size_t offset; /* bytes from the beginning of the structure */
+} row;
+
+static const row rows[] = {
 #define QW_OPTION_COUNT(name, stage, initial, least, most, unit, help) \
-    {#name, QW_KIND_COUNT, initial, least, most, unit, NULL, help},
+    {{#name, QW_KIND_COUNT, initial, least, most, unit, NULL, help}, offsetof(qw_options, name)},
 #define QW_OPTION_REAL(name, stage, initial, least, most, unit, help) \
-    {#name, QW_KIND_REAL, initial, least, most, unit, NULL, help},
-#define QW_OPTION_FLAG(name, stage, initial, help) {#name, QW_KIND_FLAG, initial, 0, 1, "", NULL, help},
+    {{#name, QW_KIND_REAL, initial, least, most, unit, NULL, help}, offsetof(qw_options, name)},
+#define QW_OPTION_FLAG(name, stage, initial, help) \
+    {{#name, QW_KIND_FLAG, initial, 0, 1, "", NULL, help}, offsetof(qw_options, name)},
 #define QW_OPTION_CHOICE(name, stage, initial, last, list, help) \
-    {#name, QW_KIND_CHOICE, initial, 0, last, "", list, help},
+    {{#name, QW_KIND_CHOICE, initial, 0, last, "", list, help}, offsetof(qw_options, name)},
 #include "quadwright/options.def"
-#undef QW_OPTION_COUNT
-#undef QW_OPTION_REAL
-#undef QW_OPTION_FLAG
-#undef QW_OPTION_CHOICE
 };
 
-static const size_t offsets[] = {
-#define QW_OPTION_COUNT(name, stage, initial, least, most, unit, help) offsetof(qw_options, name),
-#define QW_OPTION_REAL(name, stage, initial, least, most, unit, help)  offsetof(qw_options, name),
-#define QW_OPTION_FLAG(name, stage, initial, help)                     offsetof(qw_options, name),
-#define QW_OPTION_CHOICE(name, stage, initial, last, list, help)       offsetof(qw_options, name),
-#include "quadwright/options.def"
-#undef QW_OPTION_COUNT
-#undef QW_OPTION_REAL
-#undef QW_OPTION_FLAG
-#undef QW_OPTION_CHOICE
-};
-
-static const qw_option_info asset_infos[] = {
+static const row asset_rows[] = {
 #define QW_ASSET_COUNT(name, initial, least, most, unit, help) \
-    {#name, QW_KIND_COUNT, initial, least, most, unit, NULL, help},
+    {{#name, QW_KIND_COUNT, initial, least, most, unit, NULL, help}, offsetof(qw_asset_options, name)},
 #define QW_ASSET_REAL(name, initial, least, most, unit, help) \
-    {#name, QW_KIND_REAL, initial, least, most, unit, NULL, help},
+    {{#name, QW_KIND_REAL, initial, least, most, unit, NULL, help}, offsetof(qw_asset_options, name)},
 #include "quadwright/asset.def"
-#undef QW_ASSET_COUNT
-#undef QW_ASSET_REAL
 };
 
-static const size_t asset_offsets[] = {
-#define QW_ASSET_COUNT(name, initial, least, most, unit, help) offsetof(qw_asset_options, name),
-#define QW_ASSET_REAL(name, initial, least, most, unit, help)  offsetof(qw_asset_options, name),
-#include "quadwright/asset.def"
-#undef QW_ASSET_COUNT
-#undef QW_ASSET_REAL
-};
-
-/* The options of one structure. */
+/* The options of one structure, which begins with its size. */
 typedef struct table {
-    const qw_option_info *infos; /* qw_option_info[count] */
-    const size_t *offsets;       /* size_t[count]: bytes from the beginning of the structure */
-    size_t count;
+    const row *row; /* row[count] */
+    size_t count, size;
+    const char *init; /* the function that fills it */
 } table;
 
 enum { NUMBER_SIZE = 64 };
-static const table of_run = {infos, offsets, sizeof infos / sizeof *infos},
-                   of_asset = {asset_infos, asset_offsets, sizeof asset_infos / sizeof *asset_infos};
+static const table of_run = {rows, sizeof rows / sizeof *rows, sizeof(qw_options), "qw_options_init"},
+                   of_asset = {asset_rows, sizeof asset_rows / sizeof *asset_rows, sizeof(qw_asset_options),
+                               "qw_asset_options_init"};
 
 size_t qw_option_count(void) { return of_run.count; }
-const qw_option_info *qw_option_at(size_t index) { return index < of_run.count ? &infos[index] : NULL; }
+const qw_option_info *qw_option_at(size_t index) { return index < of_run.count ? &rows[index].info : NULL; }
 
 size_t qw_asset_option_count(void) { return of_asset.count; }
-const qw_option_info *qw_asset_option_at(size_t index) { return index < of_asset.count ? &asset_infos[index] : NULL; }
+const qw_option_info *qw_asset_option_at(size_t index)
+{
+    return index < of_asset.count ? &asset_rows[index].info : NULL;
+}
 
 size_t qw_options_size(void) { return sizeof(qw_options); }
 
-void qw_options_init(qw_options *options)
+static void *field(const table *t, void *options, size_t index) { return (char *)options + t->row[index].offset; }
+
+static void set_initial(const table *t, void *options)
 {
-    *options = (qw_options){
-        .size = sizeof(qw_options),
-#define QW_OPTION_COUNT(name, stage, initial, least, most, unit, help) .name = initial,
-#define QW_OPTION_REAL(name, stage, initial, least, most, unit, help)  .name = initial,
-#define QW_OPTION_FLAG(name, stage, initial, help)                     .name = initial,
-#define QW_OPTION_CHOICE(name, stage, initial, last, list, help)       .name = initial,
-#include "quadwright/options.def"
-#undef QW_OPTION_COUNT
-#undef QW_OPTION_REAL
-#undef QW_OPTION_FLAG
-#undef QW_OPTION_CHOICE
-    };
+    memset(options, 0, t->size);
+    *(uint32_t *)options = (uint32_t)t->size;
+    for (size_t i = 0; i < t->count; i++) {
+        double initial = t->row[i].info.initial;
+        switch (t->row[i].info.kind) {
+        case QW_KIND_COUNT: *(int64_t *)field(t, options, i) = (int64_t)initial; break;
+        case QW_KIND_REAL: *(double *)field(t, options, i) = initial; break;
+        default: *(int32_t *)field(t, options, i) = (int32_t)initial;
+        }
+    }
 }
 
-void qw_asset_options_init(qw_asset_options *options)
-{
-    *options = (qw_asset_options){
-        .size = sizeof(qw_asset_options),
-#define QW_ASSET_COUNT(name, initial, least, most, unit, help) .name = initial,
-#define QW_ASSET_REAL(name, initial, least, most, unit, help)  .name = initial,
-#include "quadwright/asset.def"
-#undef QW_ASSET_COUNT
-#undef QW_ASSET_REAL
-    };
-}
+void qw_options_init(qw_options *options) { set_initial(&of_run, options); }
+void qw_asset_options_init(qw_asset_options *options) { set_initial(&of_asset, options); }
 
 static qw_status refuse(char *message, size_t message_size, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
@@ -124,17 +99,15 @@ static qw_status refuse(char *message, size_t message_size, const char *format, 
 
 /* ---- fields by index */
 
-static void *field(const table *t, void *options, size_t index) { return (char *)options + t->offsets[index]; }
-
 static int64_t read_whole(const table *t, const void *options, size_t index)
 {
-    const char *at = (const char *)options + t->offsets[index];
-    return t->infos[index].kind == QW_KIND_COUNT ? *(const int64_t *)at : *(const int32_t *)at;
+    const char *at = (const char *)options + t->row[index].offset;
+    return t->row[index].info.kind == QW_KIND_COUNT ? *(const int64_t *)at : *(const int32_t *)at;
 }
 
 static double read_real(const table *t, const void *options, size_t index)
 {
-    return *(const double *)((const char *)options + t->offsets[index]);
+    return *(const double *)((const char *)options + t->row[index].offset);
 }
 
 /* ---- numbers as text */
@@ -211,7 +184,7 @@ static bool same_name(const char *a, const char *b)
 static size_t find(const table *t, const char *name)
 {
     for (size_t i = 0; i < t->count; i++)
-        if (same_name(t->infos[i].name, name)) return i;
+        if (same_name(t->row[i].info.name, name)) return i;
     return t->count;
 }
 
@@ -221,7 +194,7 @@ static const char *nearest_name(const table *t, const char *name)
     unsigned best = QW_NEVER_NEAR;
     const char *found = NULL;
     for (size_t i = 0; i < t->count; i++)
-        if (qw_is_near(name, t->infos[i].name, &best)) found = t->infos[i].name;
+        if (qw_is_near(name, t->row[i].info.name, &best)) found = t->row[i].info.name;
     return found;
 }
 
@@ -322,14 +295,14 @@ static qw_status set(const table *t, void *options, const char *name, const char
         return refuse(message, message_size,
                       near ? "unknown option \"%.40s\"; did you mean \"%s\"?" : "unknown option \"%.40s\"", name, near);
     }
-    const qw_option_info *info = &t->infos[index];
-    if (t == &of_run && t->offsets[index] == offsetof(qw_options, symmetry) && strchr(value, ','))
+    const qw_option_info *info = &t->row[index].info;
+    if (t == &of_run && t->row[index].offset == offsetof(qw_options, symmetry) && strchr(value, ','))
         return set_plane(options, value, message, message_size);
-    if (offsets[index] == offsetof(qw_options, fit) && strcmp(value, "limit") == 0)
+    if (t == &of_run && t->row[index].offset == offsetof(qw_options, fit) && strcmp(value, "limit") == 0)
         return qw_option_set(options, "fit_to", value, message, message_size);
     int64_t whole;
     int32_t flag;
-    if (t == &of_run && t->offsets[index] == offsetof(qw_options, wrap) && !parse_flag(value, &flag))
+    if (t == &of_run && t->row[index].offset == offsetof(qw_options, wrap) && !parse_flag(value, &flag))
         return set_wrap(options, value, message, message_size);
     double real;
     switch (info->kind) {
@@ -389,12 +362,12 @@ static qw_status get(const table *t, const void *options, const char *name, char
     if (index == t->count) return QW_OPTION;
     char text[NUMBER_SIZE];
     const char *choice;
-    switch (t->infos[index].kind) {
+    switch (t->row[index].info.kind) {
     case QW_KIND_COUNT: snprintf(text, sizeof text, "%" PRId64, read_whole(t, options, index)); break;
     case QW_KIND_REAL: print_real(read_real(t, options, index), text, sizeof text); break;
     case QW_KIND_FLAG: snprintf(text, sizeof text, "%s", read_whole(t, options, index) ? "on" : "off"); break;
     case QW_KIND_CHOICE:
-        choice = choice_name(t->infos[index].choices, read_whole(t, options, index), &length);
+        choice = choice_name(t->row[index].info.choices, read_whole(t, options, index), &length);
         if (!choice) return QW_OPTION;
         snprintf(text, sizeof text, "%.*s", (int)length, choice);
         break;
@@ -440,7 +413,7 @@ qw_status qw_memory_size(const char *text, uint64_t *bytes, char *message, size_
 
 static qw_status validate_one(const table *t, const void *options, size_t index, char *message, size_t message_size)
 {
-    const qw_option_info *info = &t->infos[index];
+    const qw_option_info *info = &t->row[index].info;
     bool real = info->kind == QW_KIND_REAL;
     double value = real ? read_real(t, options, index) : (double)read_whole(t, options, index);
     if (value >= info->least && value <= info->most) return QW_OK; /* a NaN is neither */
@@ -456,6 +429,12 @@ static qw_status validate_one(const table *t, const void *options, size_t index,
 
 static qw_status validate_all(const table *t, const void *options, char *message, size_t message_size)
 {
+    if (message && message_size) message[0] = 0;
+    if (!options) return refuse(message, message_size, "there are no options");
+    if (*(const uint32_t *)options != t->size)
+        return refuse(message, message_size,
+                      "option size is %" PRIu32 " where this library has %zu: %s was not called, or by another version",
+                      *(const uint32_t *)options, t->size, t->init);
     for (size_t i = 0; i < t->count; i++)
         if (validate_one(t, options, i, message, message_size) != QW_OK) return QW_OPTION;
     return QW_OK;
@@ -463,25 +442,11 @@ static qw_status validate_all(const table *t, const void *options, char *message
 
 qw_status qw_asset_options_validate(const qw_asset_options *options, char *message, size_t message_size)
 {
-    if (message && message_size) message[0] = 0;
-    if (!options) return refuse(message, message_size, "there are no options");
-    if (options->size != sizeof *options)
-        return refuse(message, message_size,
-                      "option size is %" PRIu32
-                      " where this library has %zu: qw_asset_options_init was not called, or by another version",
-                      options->size, sizeof *options);
     return validate_all(&of_asset, options, message, message_size);
 }
 
 qw_status qw_options_validate(const qw_options *options, char *message, size_t message_size)
 {
-    if (message && message_size) message[0] = 0;
-    if (!options) return refuse(message, message_size, "there are no options");
-    if (options->size != sizeof *options)
-        return refuse(message, message_size,
-                      "option size is %" PRIu32
-                      " where this library has %zu: qw_options_init was not called, or by another version",
-                      options->size, sizeof *options);
     if (validate_all(&of_run, options, message, message_size) != QW_OK) return QW_OPTION;
     int targets = (options->faces != 0) + (options->vertices != 0) + (options->edge_length != 0) +
                   (options->ratio != 0);

@@ -8,7 +8,6 @@
 static const qw_preset_info infos[] = {
 #define QW_PRESET(name, settings, help) {#name, settings, help},
 #include "quadwright/presets.def"
-#undef QW_PRESET
 };
 
 enum { PRESET_COUNT = sizeof infos / sizeof infos[0], SETTING_SIZE = 64 };

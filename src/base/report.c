@@ -55,7 +55,6 @@ const qw_field_info *qw_field_at(qw_record record, size_t index)
 static const char *const stage_names[QW_STAGE_COUNT] = {
 #define QW_STAGE(name, title, source, weight) #name,
 #include "quadwright/stages.def"
-#undef QW_STAGE
 };
 
 /* ---- objects */
@@ -154,10 +153,6 @@ void qw_json_options(qw_json *json, const char *name, const qw_options *options)
 #define QW_OPTION_FLAG(option, stage, initial, help)                     qw_json_flag(json, #option, options->option != 0);
 #define QW_OPTION_CHOICE(option, stage, initial, last, list, help)       put_choice(json, options, #option);
 #include "quadwright/options.def"
-#undef QW_OPTION_COUNT
-#undef QW_OPTION_REAL
-#undef QW_OPTION_FLAG
-#undef QW_OPTION_CHOICE
     qw_json_end(json, '}');
 }
 

@@ -9,13 +9,11 @@ typedef struct error_row {
 static const error_row errors[QW_STATUS_COUNT] = {
 #define QW_ERROR(name, exit_code, text) {#name, text, exit_code},
 #include "quadwright/errors.def"
-#undef QW_ERROR
 };
 
 static const char *const stage_titles[QW_STAGE_COUNT] = {
 #define QW_STAGE(name, title, source, weight) title,
 #include "quadwright/stages.def"
-#undef QW_STAGE
 };
 
 static const error_row *row_of(qw_status status)

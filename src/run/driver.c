@@ -25,10 +25,6 @@ static const qw_stage first_stage[] = {
 #define QW_OPTION_FLAG(name, stage, initial, help)                     QW_STAGE_##stage,
 #define QW_OPTION_CHOICE(name, stage, initial, last, list, help)       QW_STAGE_##stage,
 #include "quadwright/options.def"
-#undef QW_OPTION_COUNT
-#undef QW_OPTION_REAL
-#undef QW_OPTION_FLAG
-#undef QW_OPTION_CHOICE
 };
 
 /* The first stage whose result the new options make stale. */
@@ -286,7 +282,6 @@ static void go_back(qw_context_state *c, const qw_step *step, const qw_judgement
 static const qw_mechanism of_retry[] = {
 #define QW_RETRY(name, after, back, most, sentence) QW_MECH_RETRY_##name,
 #include "run/retries.def"
-#undef QW_RETRY
 };
 
 /* Counts the retry that the attempt was begun for as kept. */

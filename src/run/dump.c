@@ -44,7 +44,6 @@ enum {
     PART_INPUT = -1,
 #define QW_STAGE(name, title, source, weight) PART_##name = QW_STAGE_##name,
 #include "quadwright/stages.def"
-#undef QW_STAGE
 };
 
 /* ---- sums */

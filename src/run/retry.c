@@ -11,7 +11,6 @@
 const qw_retry_row qw_retry_rows[QW_RETRIES] = {
 #define QW_RETRY(name, after, back, most, sentence) {#name, QW_STAGE_##after, QW_STAGE_##back, most, sentence},
 #include "run/retries.def"
-#undef QW_RETRY
 };
 
 static const qw_plan FIRST_PLAN = {.size_factor = 1, .strategy = QW_STRATEGY_USUAL, .effort = QW_EFFORT_SMALL};

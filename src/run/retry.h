@@ -14,7 +14,6 @@
 typedef enum qw_retry {
 #define QW_RETRY(name, after, back, most, sentence) QW_RETRY_##name,
 #include "run/retries.def"
-#undef QW_RETRY
     QW_RETRIES,
     QW_NO_RETRY = QW_RETRIES,
 } qw_retry;

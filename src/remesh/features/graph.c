@@ -10,7 +10,6 @@
 const qw_curve_verdict_row qw_curve_verdict_rows[QW_CURVE_VERDICTS] = {
 #define QW_CURVE_VERDICT(name, word, reason) {word, reason},
 #include "remesh/features/verdicts.def"
-#undef QW_CURVE_VERDICT
 };
 
 typedef struct builder {

@@ -7,7 +7,6 @@
 typedef enum qw_curve_verdict {
 #define QW_CURVE_VERDICT(name, word, reason) QW_CURVE_##name,
 #include "remesh/features/verdicts.def"
-#undef QW_CURVE_VERDICT
     QW_CURVE_VERDICTS
 } qw_curve_verdict;
 

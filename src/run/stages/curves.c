@@ -1,4 +1,4 @@
-#include "run/stages/curves.h"
+#include "run/stages/stages.h"
 
 #include "remesh/features/graph.h"
 

@@ -1,6 +1,6 @@
 /* Closed curves of the surface are sampled, so densely that no edge of a full circle is missed; the edges of quads that
  * lie nearest to the samples are those around. */
-#include "run/stages/edges_around.h"
+#include "run/stages/stages.h"
 
 #include "geometry/bvh.h"
 #include "remesh/features/graph.h"

@@ -9,8 +9,6 @@
 #include "whole/remake.h"
 #include "whole/wrapped.h"
 #include "run/stages/split_levels.h"
-#include "run/stages/edges_around.h"
-#include "run/stages/lost_edges.h"
 #include "run/stages/coverage.h"
 #include "remesh/relax/fit.h"
 #include "remesh/quads/topology.h"

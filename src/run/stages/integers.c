@@ -1,7 +1,6 @@
 /* The stages of the fields and of the integers: what each takes from the run, calls and leaves in it. The work itself
  * is in src/remesh/field, offsets, quantise and meetings.
  */
-#include "run/stages/curves.h"
 #include "base/mechanisms.h"
 #include "run/stages/stages.h"
 

@@ -1,7 +1,7 @@
 /* The feature edges of the surface are sampled. Where no edge of a quad is near, the edge is lost there, as a rule
  * since a row of quads has no room between it and the next. So the count is found from the narrowest place at what is
  * lost: the distance to the nearest other curve, or the length of a curve between two corners. */
-#include "run/stages/lost_edges.h"
+#include "run/stages/stages.h"
 
 #include "base/constants.h"
 #include "remesh/features/graph.h"
