@@ -267,7 +267,7 @@ static void zsh_switches(void)
         printf("    '*--%s[", row->name);
         put_zsh_help(row->help);
         putchar(']');
-        if (row->id == SWITCH_PRESET) fputs(":preset:(", stdout), put_presets(), putchar(')');
+        if (strcmp(row->name, "preset") == 0) fputs(":preset:(", stdout), put_presets(), putchar(')');
         else zsh_value(row->value);
         puts("' \\");
     }
@@ -333,7 +333,7 @@ static void fish_switches(void)
         if (!row->name || is_repeated(i)) continue;
         printf("complete -c quadwright -l %s", row->name);
         if (row->alias && !row->alias[1]) printf(" -s %s", row->alias);
-        if (row->id == SWITCH_PRESET) fputs(" -r -f -a '", stdout), put_presets(), putchar('\'');
+        if (strcmp(row->name, "preset") == 0) fputs(" -r -f -a '", stdout), put_presets(), putchar('\'');
         else fish_values(row->value);
         put_fish_help(row->help);
         putchar('\n');
