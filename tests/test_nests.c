@@ -361,13 +361,51 @@ static void openings_have_rings(void **state)
     shape_free(&s);
 }
 
+/* A ball with a mouth: a bag behind lips that meet in a sharp fold at both corners, where the way along the surface
+   from one lip to the other is far longer than through the air. */
+static double lips; /* half of their height; below 0: the surface is inside out */
+
+static void at_lips(double u, double v, double p[3])
+{
+    static const double inside = 0.4, deep = 0.9;
+    double a = (lips > 0 ? -1 : 1) * 6.283185307179586 * u, x = cos(a) / 0.5, y = fabs(sin(a) / lips),
+           rim = 2 / (y + sqrt(y * y + 4 * x * x)), out = v > 0 && v < 1 ? sin(rim) : 0, z = cos(rim);
+    if (v >= inside) {
+        double polar = rim + (3.141592653589793 - rim) * (v - inside) / (1 - inside);
+        out *= sin(polar) / sin(rim), z = cos(polar);
+    } else {
+        double t = 1 - v / inside;
+        out *= 1 - t * t * t * t, z += (1 - deep - z) * t;
+    }
+    p[0] = out * cos(a), p[1] = 1.1 * out * sin(a), p[2] = 1.2 * z;
+}
+
+static void lips_have_rings(void **state)
+{
+    (void)state;
+    static const double heights[] = {0.1, 0.15, 0.2, 0.27, 0.35, -0.2};
+    for (int i = 0; i < 6; i++)
+        for (int halved = 0; halved < 2; halved++) {
+            lips = heights[i];
+            shape s = shape_of_sheet(&(shape_sheet){96, 64, true, false, false, at_lips});
+            qw_options options;
+            qw_context *context = context_with(&s, 2000, &options);
+            options.symmetry = halved ? QW_SYMMETRY_X : QW_SYMMETRY_NONE;
+            if (qw_run(context, &options) != QW_OK) fail_msg("%s", qw_message(context));
+            printf("lips of %g, %d: %d nests\n", lips, halved, (int)qw_get_report(context)->nests);
+            assert_int_equal(qw_get_report(context)->nests, 1);
+            qw_destroy(context);
+            shape_free(&s);
+        }
+}
+
 QW_TEST_SUITE(nests)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(directions_run_around),       cmocka_unit_test(necks_are_found),
         cmocka_unit_test(one_guide_gives_rings),       cmocka_unit_test(ovals_have_rings_inside),
         cmocka_unit_test(loops_on_both_sides_are_one), cmocka_unit_test(a_socket_gets_rings_by_itself),
-        cmocka_unit_test(openings_have_rings),
+        cmocka_unit_test(openings_have_rings),         cmocka_unit_test(lips_have_rings),
     };
     return cmocka_run_group_tests_name("nests", tests, NULL, NULL);
 }

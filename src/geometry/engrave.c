@@ -7,6 +7,7 @@
 #include "geometry/tri_edit.h"
 
 #include <assert.h>
+#include <math.h>
 #include <string.h>
 
 /* Steps an edge of the quads. */
@@ -23,8 +24,8 @@ typedef struct graver {
     qw_env *env;
     qw_edit e;
     const qw_bvh *bvh;
-    double snap;     /* length */
-    uint32_t *chain; /* uint32_t[2 links]: vertices of edges that a walk has found, to be marked if it arrives */
+    double snap, longest; /* lengths: below which two points are one; of the polyline's longest step */
+    uint32_t *chain;      /* uint32_t[2 links]: vertices of edges that a walk has found, to be marked if it arrives */
     size_t links, chain_capacity;
     int64_t marked;
     uint32_t number, point; /* of the polyline and of the point that was left last, for messages */
@@ -174,13 +175,14 @@ static void add_link(graver *g, uint32_t u, uint32_t w)
     g->links++;
 }
 
-/* Adds a chain of edges from u to w to the links. Returns false where the plane leads elsewhere. */
-static bool walk(graver *g, uint32_t u, uint32_t w, qw_vec3 up)
+/* Adds a chain of edges from u to w to the links, folds: by way of a fold of the surface that lies in the direction of
+   `up`. Returns false where the plane leads elsewhere. */
+static bool walk(graver *g, uint32_t u, uint32_t w, qw_vec3 up, bool folds)
 {
     assert(u < g->e.vertex_count && w < g->e.vertex_count);
     qw_vec3 along = qw_sub(at(g, w), at(g, u));
-    cut c = {at(g, u), qw_normalize(qw_cross(along, up)), qw_normalize(along)};
-    double limit = 3 * (double)qw_length(along) + g->snap, walked = 0;
+    cut c = {at(g, u), qw_normalize(qw_cross(along, up)), folds ? up : qw_normalize(along)};
+    double limit = 3 * fmax((double)qw_length(along), folds ? g->longest : 0) + g->snap, walked = 0;
     uint32_t from = QW_NONE;
     for (int crossed = 0; u != w && crossed < MOST_CROSSED && walked <= limit; crossed++) {
         uint32_t h = qw_edit_between(&g->e, u, w);
@@ -205,22 +207,25 @@ static bool walk(graver *g, uint32_t u, uint32_t w, qw_vec3 up)
 typedef struct stop {
     uint32_t vertex;
     qw_vec3 point, normal; /* of the polyline; of the surface there */
+    qw_vec3 came;          /* the way from the stop before */
 } stop;
 
 static stop stop_at(graver *g, qw_vec3 p, const qw_vec3 *normal)
 {
     qw_hit hit = qw_bvh_nearest(g->bvh, p, qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
-    return (stop){vertex_at(g, &hit), p, normal[hit.face]};
+    return (stop){.vertex = vertex_at(g, &hit), .point = p, .normal = normal[hit.face]};
 }
 
-/* In a plane that stands on the surface as at both stops, or as at one of them. */
-static bool walk_between(graver *g, const stop *from, const stop *to)
+/* In a plane that stands on the surface as at both stops, or as at one of them; folds: in the plane in which the line
+   came, as the surface folds back like the corner of a mouth. */
+static bool walk_between(graver *g, const stop *from, stop *to, bool folds)
 {
-    qw_vec3 up[3] = {qw_normalize(qw_add(from->normal, to->normal)), from->normal, to->normal};
+    to->came = qw_normalize(qw_sub(at(g, to->vertex), at(g, from->vertex)));
+    const qw_vec3 up[] = {qw_normalize(qw_add(from->normal, to->normal)), from->normal, to->normal, from->came};
     size_t links = g->links;
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < 3 + folds; i++) {
         g->links = links;
-        if (walk(g, from->vertex, to->vertex, up[i])) return true;
+        if (walk(g, from->vertex, to->vertex, up[i], i == 3)) return true;
     }
     return false;
 }
@@ -234,26 +239,28 @@ static bool has_links(const graver *g)
 }
 
 /* One step by way of so many stops. Marks nothing where one of them cannot be reached. */
-static bool draw_in(graver *g, uint32_t pieces, const stop *from, const stop *to, const qw_vec3 *normal)
+static bool draw_in(graver *g, uint32_t pieces, bool folds, const stop *from, stop *to, const qw_vec3 *normal)
 {
     assert(pieces > 0);
     stop now = *from;
     g->links = 0;
     for (uint32_t k = 1; k <= pieces; k++) {
         stop next = k < pieces ? stop_at(g, qw_lerp(from->point, to->point, (float)k / (float)pieces), normal) : *to;
-        if (!walk_between(g, &now, &next)) return false;
+        if (!walk_between(g, &now, &next, folds)) return false;
         now = next;
     }
+    *to = now;
     if (!has_links(g)) return false;
     for (size_t i = 0; i < g->links; i++) mark_edge(g, qw_edit_between(&g->e, g->chain[2 * i], g->chain[2 * i + 1]));
     return true;
 }
 
 /* In smaller pieces where the straight way fails, as over sharp edges. */
-static bool draw_step(graver *g, const stop *from, const stop *to, const qw_vec3 *normal)
+static bool draw_step(graver *g, const stop *from, stop *to, const qw_vec3 *normal)
 {
-    for (uint32_t pieces = 1; pieces <= MOST_PIECES; pieces *= 2)
-        if (draw_in(g, pieces, from, to, normal)) return true;
+    for (int folds = 0; folds < 2; folds++)
+        for (uint32_t pieces = 1; pieces <= MOST_PIECES; pieces *= 2)
+            if (draw_in(g, pieces, folds, from, to, normal)) return true;
     return false;
 }
 
@@ -289,6 +296,8 @@ static bool engrave_one(graver *g, const qw_vec3 *point, uint32_t count, uint32_
     assert(count > 0 && finer > 0 && step > 0);
     stop first = stop_at(g, point[0], normal), now = first;
     bool is_closed = qw_distance(point[0], point[count - 1]) == 0;
+    g->longest = 0;
+    for (uint32_t i = 1; i < count; i++) g->longest = fmax(g->longest, (double)qw_distance(point[i - 1], point[i]));
     for (uint32_t i = 1; i < count; i++) {
         g->point = (i - 1) / finer;
         uint32_t pieces = 1 + (uint32_t)fminf(qw_distance(point[i - 1], point[i]) / step, (float)MOST_PIECES_A_STEP);

@@ -37,6 +37,7 @@ typedef struct search {
     const qw_trimesh *mesh;
     const qw_bvh *tree; /* NULL until it is needed */
     double edge, most_ratio, area;
+    bool is_inside_out;
     const double *cut;
     neck *found; /* neck[QW_MOST_NECKS] */
     size_t count;
@@ -47,6 +48,8 @@ typedef struct search {
     uint32_t *face, face_count, *stamp,
         walk; /* the faces there; stamp: uint32_t[faces], the walk that was there last */
     qw_queue queue;
+    uint32_t *flood;    /* uint32_t[faces] */
+    uint8_t *is_marked; /* uint8_t[faces]: what a flood looks for */
 } search;
 
 /* No distance is that large; other components are. */
@@ -316,6 +319,20 @@ static bool trace(const search *s, float at, double length, neck *n)
     return taken == POINTS && gone > 0.99 * length;
 }
 
+/* Whether all faces of a closed surface look inward, or of half of one, whose boundary lies in the cut. */
+static bool is_inside_out(const qw_trimesh *m, const double *cut)
+{
+    uint32_t rim = 0;
+    double volume = 0;
+    for (uint32_t h = 0; h < 3 * m->face_count; h++)
+        if (m->twin[h] == QW_NONE) rim = h;
+    if (m->twin[rim] == QW_NONE && !cut) return false;
+    for (uint32_t f = 0; f < m->face_count; f++)
+        volume += (double)qw_dot(qw_sub(m->position[m->corner[3 * (size_t)f]], m->position[m->corner[rim]]),
+                                 qw_face_cross(m, f));
+    return volume < 0;
+}
+
 /* Whether the volume between what lies nearer than the curve and the middle of the curve is on the outside. */
 static bool is_pocket(const search *s, float at, const neck *n)
 {
@@ -328,7 +345,7 @@ static bool is_pocket(const search *s, float at, const neck *n)
         if (fmaxf(fmaxf(s->distance[c[0]], s->distance[c[1]]), s->distance[c[2]]) <= at)
             volume += (double)qw_dot(qw_sub(m->position[c[0]], middle), qw_face_cross(m, s->face[i]));
     }
-    return volume < 0;
+    return s->is_inside_out ? volume > 0 : volume < 0;
 }
 
 /* Of the whole ring. */
@@ -365,13 +382,58 @@ static void draw_in(const search *s, neck *n, int step)
     memcpy(n->point, moved, sizeof moved);
 }
 
+static float distance2_to(const qw_trimesh *m, uint32_t h, qw_vec3 point)
+{
+    qw_vec3 from = m->position[m->corner[h]], way = qw_edge_way(m, h);
+    float t = qw_dot(qw_sub(point, from), way) / fmaxf(qw_length2(way), 1e-30f);
+    return qw_length2(qw_sub(point, qw_madd(from, fminf(fmaxf(t, 0), 1), way)));
+}
+
+/* Whether something marked is as near as this to a point of a curve, and what lies between is too. */
+static bool is_beside(search *s, const neck *n, int point, float near)
+{
+    uint32_t deep = 0;
+    s->walk++;
+    s->flood[deep++] = n->face[point], s->stamp[n->face[point]] = s->walk;
+    while (deep > 0) {
+        uint32_t f = s->flood[--deep];
+        if (s->is_marked[f]) return true;
+        for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
+            uint32_t t = s->mesh->twin[h];
+            if (t == QW_NONE || s->stamp[t / 3] == s->walk) continue;
+            if (distance2_to(s->mesh, h, n->point[point]) > near * near) continue;
+            s->stamp[t / 3] = s->walk, s->flood[deep++] = t / 3;
+        }
+    }
+    return false;
+}
+
+/* Whether each point can be reached along the surface from the one before, no farther away than it is itself: around
+   the corner of a mouth points may be drawn from one lip to the other. */
+static bool holds_together(search *s, const neck *n)
+{
+    bool holds = true;
+    for (int i = 0; i + n->is_open < POINTS && holds; i++) {
+        int next = (i + 1) % POINTS;
+        s->is_marked[n->face[next]] = 1;
+        holds = is_beside(s, n, i, qw_distance(n->point[i], n->point[next]));
+        s->is_marked[n->face[next]] = 0;
+    }
+    return holds;
+}
+
 /* Smooth and a little shorter, so that it lies in the neck; it stays on the surface. Around a limb it becomes straight:
    steps of a quarter of it undo a slant, but they would draw the rim of a pocket in, and more than a few rounds would
    draw it off the corners of a mouth. */
-static void tighten(const search *s, neck *n)
+static void tighten(search *s, neck *n)
 {
-    for (int i = 0; i < (n->is_pocket ? ROUNDS / 3 : ROUNDS); i++)
+    for (int i = 0; i < (n->is_pocket ? ROUNDS / 3 : ROUNDS); i++) {
+        neck before = *n;
         draw_in(s, n, n->is_pocket || n->is_open ? 1 : POINTS / 4 >> i % 4);
+        if (holds_together(s, n)) continue;
+        *n = before;
+        return;
+    }
 }
 
 static bool fits(double length, double edge) { return length >= QW_NECK_EDGES * SHORTEST * edge; }
@@ -451,34 +513,12 @@ static void look_from(search *s, const seed *from)
 
 /* ---- which of them */
 
-/* What was taken, and floods around points of a curve, in the fields of the search. */
-static bool is_beside(search *s, const neck *n, int point, float near, const uint8_t *is_taken)
-{
-    const qw_trimesh *m = s->mesh;
-    uint32_t deep = 0;
-    s->walk++;
-    s->face[deep++] = n->face[point], s->stamp[n->face[point]] = s->walk;
-    while (deep > 0) {
-        uint32_t f = s->face[--deep];
-        if (is_taken[f]) return true;
-        for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
-            uint32_t t = m->twin[h];
-            if (t == QW_NONE || s->stamp[t / 3] == s->walk) continue;
-            qw_vec3 a = m->position[m->corner[h]], b = m->position[m->corner[qw_next(h)]];
-            if (fminf(qw_distance(a, n->point[point]), qw_distance(b, n->point[point])) > near) continue;
-            s->stamp[t / 3] = s->walk, s->face[deep++] = t / 3;
-        }
-    }
-    return false;
-}
-
 /* The clearest first, without those that lie beside one that was taken: nearer along the surface than an edge of
    theirs, or than so much of their radius. */
 static qw_necks choose(search *s)
 {
     qw_env *env = s->env;
     uint64_t *order = QW_NEW(env, uint64_t, s->count);
-    uint8_t *is_taken = QW_NEW_ZERO(env, uint8_t, s->mesh->face_count);
     for (size_t i = 0; i < s->count; i++) order[i] = (uint64_t)(1e9 * s->found[i].ratio) << 32 | i;
     qw_sort_u64(order, s->count);
     qw_necks necks = {0, QW_NEW_ZERO(env, uint32_t, s->count + 1), QW_NEW(env, qw_vec3, s->count * (POINTS + 1)),
@@ -489,15 +529,15 @@ static qw_necks choose(search *s)
         float near = fmaxf((float)fmin(s->edge, length / QW_NECK_EDGES),
                            QW_NECKS_APART_SHARE * (float)(length / (2 * QW_PI)));
         bool is_new = true;
-        for (int k = 0; k < POINTS && is_new; k++) is_new = !is_beside(s, n, k, near, is_taken);
+        for (int k = 0; k < POINTS && is_new; k++) is_new = !is_beside(s, n, k, near);
         if (!is_new) continue;
-        for (int k = 0; k < POINTS; k++) is_taken[n->face[k]] = 1;
+        for (int k = 0; k < POINTS; k++) s->is_marked[n->face[k]] = 1;
         uint32_t to = necks.begin[necks.count];
         memcpy(necks.point + to, n->point, sizeof n->point);
         if (!n->is_open) necks.point[to + POINTS] = n->point[0];
         necks.is_pocket[necks.count++] = n->is_pocket, necks.begin[necks.count] = to + POINTS + !n->is_open;
     }
-    qw_free(env, order), qw_free(env, is_taken);
+    qw_free(env, order);
     return necks;
 }
 
@@ -508,13 +548,14 @@ qw_necks qw_find_necks(qw_env *env, const qw_trimesh *m, double edge, const doub
     qw_necks necks = {0};
     qw_scope_begin(env);
     search s = {.env = env, .mesh = m, .edge = edge, .cut = cut, .most_ratio = QW_NECK_RATIO * strength};
-    s.area = qw_trimesh_area(m), s.found = QW_NEW(env, neck, QW_MOST_NECKS);
+    s.area = qw_trimesh_area(m), s.is_inside_out = is_inside_out(m, cut), s.found = QW_NEW(env, neck, QW_MOST_NECKS);
     qw_cells cells = find_cells(&s);
     seed *seeds = QW_NEW(env, seed, 2 * (size_t)cells.count);
     uint32_t count = find_seeds(&s, &cells, seeds);
     s.outgoing = qw_trimesh_outgoing(env, m), s.queue = qw_queue_create(env, n);
     s.distance = QW_NEW(env, float, n), s.reached = QW_NEW(env, uint32_t, n);
     s.face = QW_NEW(env, uint32_t, m->face_count), s.stamp = QW_NEW_ZERO(env, uint32_t, m->face_count);
+    s.flood = QW_NEW(env, uint32_t, m->face_count), s.is_marked = QW_NEW_ZERO(env, uint8_t, m->face_count);
     for (uint32_t v = 0; v < n; v++) s.distance[v] = INFINITY;
     for (uint32_t i = 0; i < count; i++) look_from(&s, &seeds[i]);
     if (s.count > 0) {
