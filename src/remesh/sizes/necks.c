@@ -430,7 +430,7 @@ static void tighten(search *s, neck *n)
     for (int i = 0; i < (n->is_pocket ? ROUNDS / 3 : ROUNDS); i++) {
         neck before = *n;
         draw_in(s, n, n->is_pocket || n->is_open ? 1 : POINTS / 4 >> i % 4);
-        if (holds_together(s, n)) continue;
+        if (!n->is_pocket || holds_together(s, n)) continue;
         *n = before;
         return;
     }
