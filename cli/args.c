@@ -70,18 +70,19 @@ static qw_status parse_whole(parser *p, const qw_switch_row *row, const char *va
 static qw_status set_input(parser *p, const char *value)
 {
     qw_arguments *out = p->out;
-    if (out->input && out->command == QW_COMMAND_RENDER && out->beside_count < QW_MOST_PANELS - 1) {
-        out->beside[out->beside_count++] = value;
+    bool is_render = out->command == QW_COMMAND_RENDER, is_asset = out->command == QW_COMMAND_ASSET;
+    int64_t most = is_render ? QW_MOST_PANELS : is_asset ? QW_MOST_INPUTS : 1;
+    if (out->input_count < most) {
+        if (!out->input) out->input = value;
+        out->inputs[out->input_count++] = value;
         return QW_OK;
     }
-    if (out->input && out->command == QW_COMMAND_RENDER)
-        return refuse(p, QW_ARGUMENT, "a picture holds at most %d meshes", QW_MOST_PANELS);
-    if (out->input && !out->output && (out->command == QW_COMMAND_REMESH || out->command == QW_COMMAND_ASSET))
+    if (is_render) return refuse(p, QW_ARGUMENT, "a picture holds at most %d meshes", QW_MOST_PANELS);
+    if (is_asset) return refuse(p, QW_ARGUMENT, "an asset is made of at most %d files", QW_MOST_INPUTS);
+    if (!out->output && out->command == QW_COMMAND_REMESH)
         return refuse(p, QW_ARGUMENT, "two inputs were named: %.80s and %.80s; the result is named by -o: -o %.80s",
                       out->input, value, value);
-    if (out->input) return refuse(p, QW_ARGUMENT, "two inputs were named: %.80s and %.80s", out->input, value);
-    out->input = value;
-    return QW_OK;
+    return refuse(p, QW_ARGUMENT, "two inputs were named: %.80s and %.80s", out->input, value);
 }
 
 /* ---- options of the library */
@@ -479,6 +480,9 @@ static qw_status check_remesh(parser *p)
         return refuse(p, QW_ARGUMENT, "--field-out tells the field of a result: -o FILE is required");
     if (!a->from_stage && !a->input) return refuse(p, QW_ARGUMENT, "no input was named; quadwright help says how");
     if (!a->output && a->input && strcmp(a->input, "-") == 0 && !dumps) a->output = "-";
+    if (!a->output && a->input_count > 1)
+        return refuse(p, QW_ARGUMENT, "%lld inputs were named; the result is named by -o: -o %.80s",
+                      (long long)a->input_count, a->inputs[a->input_count - 1]);
     if (!a->output && !dumps) return refuse_without_output(p);
     if (a->json && a->output && strcmp(a->json, "-") == 0 && strcmp(a->output, "-") == 0)
         return refuse(p, QW_ARGUMENT, "the mesh and the report cannot both go to standard output");

@@ -10,6 +10,7 @@
 
 enum {
     QW_MOST_PANELS = 8,    /* meshes in one picture */
+    QW_MOST_INPUTS = 256,  /* of one asset */
     QW_MOST_LEVELS = 16,   /* of detail */
     QW_UNSET_ANGLE = 10000 /* render: the angle was not given */
 };
@@ -53,23 +54,23 @@ typedef struct qw_arguments {
     const char *from_stage;           /* may be NULL */
     const char *dump[QW_STAGE_COUNT]; /* file for the state after each stage, NULL: none */
     qw_format format;
-    const char *beside[QW_MOST_PANELS - 1];     /* render: more meshes, beside the input */
-    int64_t beside_count, width, height, views; /* render; 0: not given */
-    int64_t level[QW_MOST_LEVELS];              /* remesh: quads of each level of detail, of level_count */
-    int64_t level_count;                        /* 0: one mesh, as the options say */
-    bool second_order;                          /* remesh: elements with eight nodes */
-    const char *patches;                        /* remesh: file for the limit surface as STEP; may be NULL */
-    bool blocks;                                /* remesh: of large patches */
-    bool limit;                                 /* measure, render: the limit surface */
-    const char *coarse;                         /* remesh: file for what was split; may be NULL */
-    bool follow, own_colours, lines, closed;    /* render: what is drawn of the faces */
-    int64_t chord;                              /* render: 1 is the longest; 0: not given */
-    int64_t azimuth, elevation;                 /* render: degrees, of the first view, or QW_UNSET_ANGLE */
-    size_t memory_limit;                        /* remesh, batch: bytes; 0: none */
-    const char *bare_memory_limit;              /* as it was given where it has no unit, else NULL */
-    int64_t time_limit;                         /* remesh, batch: seconds; 0: none */
-    int64_t jobs, shard, shards;                /* batch; jobs 0: one a processor; shards 0: all models */
-    bool retry;                                 /* batch: what failed before, too */
+    const char *inputs[QW_MOST_INPUTS];        /* render, asset: all of them, the input first */
+    int64_t input_count, width, height, views; /* render; 0: not given */
+    int64_t level[QW_MOST_LEVELS];             /* remesh: quads of each level of detail, of level_count */
+    int64_t level_count;                       /* 0: one mesh, as the options say */
+    bool second_order;                         /* remesh: elements with eight nodes */
+    const char *patches;                       /* remesh: file for the limit surface as STEP; may be NULL */
+    bool blocks;                               /* remesh: of large patches */
+    bool limit;                                /* measure, render: the limit surface */
+    const char *coarse;                        /* remesh: file for what was split; may be NULL */
+    bool follow, own_colours, lines, closed;   /* render: what is drawn of the faces */
+    int64_t chord;                             /* render: 1 is the longest; 0: not given */
+    int64_t azimuth, elevation;                /* render: degrees, of the first view, or QW_UNSET_ANGLE */
+    size_t memory_limit;                       /* remesh, batch: bytes; 0: none */
+    const char *bare_memory_limit;             /* as it was given where it has no unit, else NULL */
+    int64_t time_limit;                        /* remesh, batch: seconds; 0: none */
+    int64_t jobs, shard, shards;               /* batch; jobs 0: one a processor; shards 0: all models */
+    bool retry;                                /* batch: what failed before, too */
     bool force;   /* remesh: the result may replace the input; batch: results made with other options, too */
     bool visible; /* measure: against what is seen from outside */
     bool quiet, verbose, version;

@@ -11,7 +11,7 @@ enum { HELP_INDENT = 10, HELP_WIDTH = 100 };
 
 static const qw_usage_row usages[] = {
     {"quadwright IN -o OUT [--faces N] [OPTIONS]", "make quads of a surface"},
-    {"quadwright asset IN -o OUT.glb [--texture N]", "quads, texture coordinates and maps of the input"},
+    {"quadwright asset IN... -o OUT.glb [--texture N]", "quads, texture coordinates and maps of the input"},
     {"quadwright measure MESH [--against SURFACE] [--json]", "every figure of a mesh"},
     {"quadwright render MESH... -o PICTURE.png", "pictures of one mesh, or of several side by side"},
     {"quadwright batch FOLDER|LIST|- --out FOLDER", "many models; goes on where it was ended"},

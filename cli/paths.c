@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { MOST_PATHS = QW_STAGE_COUNT + QW_MOST_PANELS + 8 };
+enum { MOST_PATHS = QW_STAGE_COUNT + QW_MOST_INPUTS + 8 };
 
 typedef struct named_path {
     const char *path, *what; /* what: the switch, for messages */
@@ -37,11 +37,10 @@ static void gather(path_check *c, const qw_arguments *a)
     if (remesh) add(c->input, &c->inputs, a->field_in, "--field-in", false);
     if (remesh) add(c->input, &c->inputs, a->guides, "--guides", false);
     for (int s = 0; s < QW_STAGE_COUNT; s++) add(c->output, &c->outputs, a->dump[s], "--dump-stage", false);
-    add(c->input, &c->inputs, a->input, "the input", true);
     add(c->input, &c->inputs, a->against, "--against", false);
     if (remesh) add(c->input, &c->inputs, a->density, "--density", false); /* a file, or a name that is none */
     add(c->input, &c->inputs, a->from_stage, "--from-stage", false);
-    for (int i = 0; i < a->beside_count; i++) add(c->input, &c->inputs, a->beside[i], "the input", false);
+    for (int i = 0; i < a->input_count; i++) add(c->input, &c->inputs, a->inputs[i], "the input", remesh);
 }
 
 static const char *as_input(const char *path) { return strcmp(path, "-") == 0 ? "/dev/stdin" : path; }

@@ -487,10 +487,10 @@ bool qw_may_be_points(qw_status status, bool wraps)
  */
 static int load_input(session *s, const qw_host *host, qw_arguments *a, qw_mesh **input)
 {
-    qw_status status = qw_load(a->input, host, input);
+    qw_status status = qw_load_together(a->inputs, (uint32_t)a->input_count, host, input);
     bool is_drained = false; /* a pipe is read once */
     if (status == QW_OK) return 0;
-    if (qw_may_be_points(status, a->options.wrap)) {
+    if (a->input_count == 1 && qw_may_be_points(status, a->options.wrap)) {
         qw_mesh *points;
         int notes = s->notes.count;
         qw_status other = qw_load_points(a->input, host, &points);

@@ -49,11 +49,11 @@ int qw_command_render(const qw_arguments *a)
     qw_mesh *meshes[QW_MOST_PANELS] = {NULL};
     qw_mesh_view views[QW_MOST_PANELS];
     render_panel panels[QW_MOST_PANELS];
-    size_t count = 1 + (size_t)a->beside_count;
+    size_t count = (size_t)a->input_count;
     const qw_host loading = {.log = a->quiet ? NULL : qw_say_warnings};
     int code = qw_check_paths_or_complain(a);
     for (size_t i = 0; i < count && code == 0; i++) {
-        const char *path = i == 0 ? a->input : a->beside[i - 1];
+        const char *path = a->inputs[i];
         code = qw_load_or_complain(path, &loading, &meshes[i]);
         views[i] = qw_mesh_get(meshes[i]);
         panels[i] = (render_panel){.mesh = &views[i], .caption = base_name(path)};

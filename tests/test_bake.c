@@ -750,24 +750,35 @@ static void write_red(void *user)
     put_file(QW_BINARY_DIR "/bake red.png", pen.at, pen.size);
 }
 
+/* A sphere as OBJ, so far along x. head: its first lines; color: what follows the coordinates. */
+static void write_sphere(const char *path, const char *head, const char *color, double x)
+{
+    quad_shape shape = quad_sphere(6);
+    FILE *file = fopen(path, "w");
+    fputs(head, file);
+    for (uint32_t v = 0; v < shape.vertex_count; v++) {
+        const double *p = shape.position + 3 * (size_t)v;
+        fprintf(file, "v %g %g %g %s\n", p[0] + x, p[1], p[2], color);
+    }
+    for (uint32_t f = 0; f < shape.face_count; f++) {
+        const uint32_t *c = shape.corner + 4 * (size_t)f;
+        bool has_uv = strstr(head, "vt") != NULL;
+        fputs("f", file);
+        for (uint32_t k = 0; k < 4; k++) fprintf(file, has_uv ? " %u/%u" : " %u", c[k] + 1, k + 1);
+        fputs("\n", file);
+    }
+    fclose(file), quad_shape_free(&shape);
+}
+
 /* An OBJ with the texture of its MTL, to an OBJ with its own, and to GLB; both are read again. */
 static void from_obj_to_files(void **state)
 {
     (void)state;
     static const char mtl[] = "newmtl other\nKd 0 0 0\nnewmtl red\nKd 1 1 1\nmap_Kd -clamp on bake red.png\n";
-    quad_shape shape = quad_sphere(6);
     protect(write_red);
     put_file(QW_BINARY_DIR "/bake_in.mtl", mtl, sizeof mtl - 1);
-    FILE *file = fopen(QW_BINARY_DIR "/bake_in.obj", "w");
-    fputs("mtllib bake_in.mtl\n", file);
-    for (uint32_t v = 0; v < shape.vertex_count; v++)
-        fprintf(file, "v %g %g %g\n", shape.position[3 * v], shape.position[3 * v + 1], shape.position[3 * v + 2]);
-    fputs("vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl red\n", file);
-    for (uint32_t f = 0; f < shape.face_count; f++) {
-        const uint32_t *c = shape.corner + 4 * (size_t)f;
-        fprintf(file, "f %u/1 %u/2 %u/3 %u/4\n", c[0] + 1, c[1] + 1, c[2] + 1, c[3] + 1);
-    }
-    fclose(file), quad_shape_free(&shape);
+    write_sphere(QW_BINARY_DIR "/bake_in.obj", "mtllib bake_in.mtl\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl red\n", "",
+                 0);
     qw_mesh *source, *again;
     qw_context *context;
     qw_options options;
@@ -802,11 +813,70 @@ static void from_obj_to_files(void **state)
     for (int i = 0; i < 3; i++) {
         char path[512];
         snprintf(path, sizeof path, "%s%s", QW_BINARY_DIR, beside[i]);
-        file = fopen(path, "rb");
+        FILE *file = fopen(path, "rb");
         if (i != 1 || a.count == 2) assert_non_null(file);
         if (file) fclose(file);
     }
     qw_destroy(context), qw_mesh_destroy(source);
+}
+
+/* Whether all of a quad shows a colour of red and green. */
+static void require_color(const qw_image *image, const float *uv, const uint8_t color[2])
+{
+    for (int i = 1; i < 40; i++) {
+        float x = (float)(i % 6 + 1) / 8, y = (float)(i / 6 + 1) / 8,
+              w[4] = {(1 - x) * (1 - y), x * (1 - y), x * y, (1 - x) * y};
+        float at[2] = {0, 0};
+        for (int k = 0; k < 8; k++) at[k % 2] += w[k / 2] * uv[k];
+        uint32_t column = (uint32_t)(at[0] * (float)image->width), row = (uint32_t)((1 - at[1]) * (float)image->height);
+        const uint8_t *texel = (const uint8_t *)image->pixels + ((size_t)row * image->width + column) * image->channels;
+        for (int k = 0; k < 2; k++) assert_in_range(texel[k] + 2, color[k], color[k] + 4);
+    }
+}
+
+/* Two files whose surfaces pass through one another, in one square: each keeps its own colour up to the line. */
+static void files_that_meet(void **state)
+{
+    (void)state;
+    static const char *const paths[] = {QW_BINARY_DIR "/bake_red.obj", QW_BINARY_DIR "/bake_green.obj"};
+    static const char mtl[] = "newmtl green\nKd 0 1 0\n";
+    static const uint8_t colors[2][2] = {{255, 0}, {0, 255}};
+    put_file(QW_BINARY_DIR "/bake_green.mtl", mtl, sizeof mtl - 1);
+    write_sphere(paths[0], "", "1 0 0", 0);
+    write_sphere(paths[1], "mtllib bake_green.mtl\nusemtl green\n", "", 0.5);
+    asset a = {0};
+    qw_options options;
+    assert_int_equal(qw_load_together(paths, 2, NULL, &a.source), QW_OK);
+    qw_mesh_view view = qw_mesh_get(a.source), quads;
+    qw_options_init(&options), options.faces = 400;
+    assert_int_equal(qw_create(NULL, &a.context), QW_OK);
+    assert_int_equal(qw_set_mesh(a.context, &view), QW_OK);
+    assert_int_equal(qw_run(a.context, &options), QW_OK);
+    uint32_t count, object = 0, of[2] = {0, 0};
+    const qw_attribute *given = qw_mesh_attributes(a.source, &count), *carried;
+    assert_int_equal(qw_transfer(a.context, given, count, 0, &carried, NULL), QW_OK);
+    while (strcmp(carried[object].name, "object") != 0) object++;
+    assert_string_equal(given[object].label_names[1], "bake_green");
+    unwrap_and_bake(&a, 256, QW_MAPS_OF_INPUT);
+    assert_int_equal(a.images[0].map, QW_MAP_COLOR);
+    assert_int_equal(qw_get_mesh(a.context, &quads), QW_OK);
+    qw_attribute uv = {0};
+    assert_int_equal(qw_save_asset(a.context, carried, count, QW_BINARY_DIR "/bake_both.glb", QW_FORMAT_AUTO), QW_OK);
+    qw_mesh *again;
+    assert_int_equal(qw_load(QW_BINARY_DIR "/bake_both.glb", NULL, &again), QW_OK);
+    given = qw_mesh_attributes(again, &count);
+    for (uint32_t i = 0; i < count; i++)
+        if (strcmp(given[i].name, "object") == 0) object = i;
+    assert_string_equal(given[object].label_names[0], "bake_red"); /* a node each */
+    for (uint32_t i = 0; i < count; i++)
+        if (strcmp(given[i].name, "uv") == 0) uv = given[i];
+    for (uint32_t f = 0; f < quads.face_count; f++) {
+        int32_t label = given[object].labels[f];
+        require_color(&a.images[0], uv.values + 8 * (size_t)f, colors[label]);
+        of[label]++;
+    }
+    assert_true(of[0] > 150 && of[1] > 150);
+    qw_mesh_destroy(again), qw_destroy(a.context), qw_mesh_destroy(a.source);
 }
 
 /* Extensions that are converted, kept, or spoken of. */
@@ -1025,6 +1095,7 @@ QW_TEST_SUITE(bake)
         cmocka_unit_test(same_bytes),
         cmocka_unit_test(calls_out_of_place),
         cmocka_unit_test(from_obj_to_files),
+        cmocka_unit_test(files_that_meet),
         cmocka_unit_test(alphas_apart),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -628,6 +628,16 @@ static void assets(void **state)
         shell("grep -q '^o first' both.obj && grep -q '^o second' both.obj && [ $(grep -c usemtl both.obj) = 1 ] && "
               "grep -q '\"overlapping_charts\": 0' both.json && ! ls | grep -q 'both.*1001'"),
         0);
+    /* and so do several files, each an object */
+    assert_int_equal(tool("asset in.obj sheet.obj -o set.glb --faces 300 --texture 128 -q --json set.json")->code, 0);
+    assert_int_equal(
+        shell("grep -aq '\"nodes\":\\[{\"mesh\":0,\"name\":\"in\"},{\"mesh\":1,\"name\":\"sheet\"}' set.glb && "
+              "test $(grep -ao image/png set.glb | wc -l) = 1 && "
+              "grep -q '\"overlapping_charts\": 0' set.json"),
+        0);
+    refused("asset in.obj sheet.obj", QW_ARGUMENT, "2 inputs were named; the result is named by -o: -o sheet.obj");
+    refused("asset in.obj missing.obj -o bad.glb", QW_FILE_MISSING, "missing.obj");
+    refused("asset in.obj sheet.obj -o sheet.obj", QW_ARGUMENT, "--force allows it");
     assert_int_equal(tool("asset in.obj -o levels.glb --levels 200,60 --texture 128 -q --json levels.json")->code, 0);
     assert_int_equal(shell("grep -aq MSFT_lod levels.glb && grep -aq '\"name\":\"asset LOD1\"' levels.glb && "
                            "test $(grep -ao image/png levels.glb | wc -l) = 2 && "
@@ -639,7 +649,7 @@ static void assets(void **state)
                            "head -c 24 lod_LOD${i}_normal.png | tail -c 4 | od -An -tu1 | grep -q \"$((128 >> i))\" || "
                            "exit 1; done"),
                      0);
-    assert_non_null(strstr(tool("asset --help")->out, "quadwright asset IN -o OUT.glb"));
+    assert_non_null(strstr(tool("asset --help")->out, "quadwright asset IN... -o OUT.glb"));
     refused("asset in.obj -o bad.ply", QW_ARGUMENT, "maps are written with GLB, glTF and OBJ only");
     refused("asset in.obj", QW_ARGUMENT, "-o FILE");
     refused("asset in.obj -o bad.glb --bake normals", QW_ARGUMENT, "--bake must be input, all, or any of color");

@@ -535,6 +535,10 @@ typedef struct qw_mesh qw_mesh; /* a polygon mesh that owns its arrays */
    On failure *mesh is still set (unless memory ran out) so that qw_mesh_message can be asked. */
 QW_API qw_status qw_load(const char *path, const qw_host *host, qw_mesh **mesh);
 QW_API qw_status qw_load_memory(const void *bytes, size_t size, const qw_host *host, qw_mesh **mesh);
+/* Several files as one mesh, so that they share one square of texture coordinates and one set of maps (qw_unwrap,
+   qw_bake): each is an object, the label "object", named as its file is without folder and ending. Texture coordinates,
+   normals, colours and materials come along, all else stays behind. */
+QW_API qw_status qw_load_together(const char *const *paths, uint32_t count, const qw_host *host, qw_mesh **mesh);
 /* The caller's own arrays, attributes (NULL, 0: none) and mtllib (NULL: none) as a mesh, for qw_mesh_mark,
    qw_mesh_region and qw_mesh_save. source: the mesh of the file that they come from, for what qw_save_from writes;
    NULL: none. Nothing is copied: all of it must live, and stay as it is, as long as the mesh. On failure as qw_load;

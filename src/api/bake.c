@@ -113,8 +113,36 @@ static void settle_alphas(qw_material_list *list, const qw_picture *picture)
     }
 }
 
+static qw_material_list find_materials(qw_env *env, const qw_mesh *source);
+
+/* Those of each file after those of the files before, as many as it has labels. */
+static qw_material_list join_materials(qw_env *env, const qw_mesh *source)
+{
+    qw_material_list *of = QW_NEW(env, qw_material_list, source->parts), all = {0};
+    for (uint32_t i = 0; i < source->parts; i++) {
+        of[i] = find_materials(env, &source->part[i]);
+        all.count += qw_count_part_materials(&source->part[i]), all.image_count += of[i].image_count;
+    }
+    uint8_t *used = QW_NEW(env, uint8_t, all.count);
+    qw_material *material = all.material = QW_NEW(env, qw_material, all.count);
+    all.image = QW_NEW(env, qw_bytes, all.image_count), all.image_name = QW_NEW(env, const char *, all.image_count);
+    all.used = used, all.image_count = 0;
+    for (uint32_t i = 0; i < source->parts; i++) {
+        for (uint32_t k = 0; k < qw_count_part_materials(&source->part[i]); k++, material++) {
+            *used++ = k >= of[i].count || qw_is_used(&of[i], k);
+            *material = k < of[i].count ? of[i].material[k] : qw_plain_material();
+            qw_renumber_images(material, all.image_count);
+        }
+        for (uint32_t k = 0; k < of[i].image_count; k++, all.image_count++)
+            all.image[all.image_count] = of[i].image[k], all.image_name[all.image_count] = of[i].image_name[k];
+        for (uint32_t k = 0; k < of[i].note_count; k++) qw_note_material(env, &all, "%s", of[i].note[k]);
+    }
+    return all;
+}
+
 static qw_material_list find_materials(qw_env *env, const qw_mesh *source)
 {
+    if (source && source->part) return join_materials(env, source);
     if (source && source->gltf) return qw_gltf_materials(env, source->gltf, materials_used(env, source));
     for (uint32_t i = 0; source && source->path && source->library && i < source->attribute_count; i++) {
         const qw_attribute *a = &source->attribute[i];
@@ -149,6 +177,52 @@ static qw_vec3 *place_corners(const qw_context_state *c, const qw_mesh_view *vie
                              (float)((p[2] - frame->center[2]) * frame->scale));
     }
     return place;
+}
+
+/* Files that lie in one another are baked apart: places in a cube of cells, so far from one another that no ray of one
+   meets another. */
+typedef struct part_cells {
+    float step;
+    uint32_t across;
+    uint32_t *part; /* uint32_t[faces of the input] */
+} part_cells;
+
+static qw_vec3 place_in_cell(const part_cells *cells, uint32_t face, qw_vec3 p)
+{
+    uint32_t i = cells->part[face], n = cells->across;
+    return qw_madd(p, cells->step, qw_v3((float)(i % n), (float)(i / n % n), (float)(i / n / n)));
+}
+
+static part_cells find_cells(qw_env *env, const qw_mesh *joined, const qw_trimesh *mesh)
+{
+    part_cells cells = {.across = 1, .part = QW_NEW(env, uint32_t, joined->view.face_count)};
+    uint32_t face = 0;
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++)
+        cells.step = fmaxf(cells.step, 4 * sqrtf(qw_length2(mesh->position[mesh->corner[h]])));
+    while (cells.across * cells.across * cells.across < joined->parts) cells.across++;
+    for (uint32_t i = 0; i < joined->parts; i++)
+        for (uint32_t f = 0; f < joined->part[i].view.face_count; f++) cells.part[face++] = i;
+    return cells;
+}
+
+static qw_source part_source(const qw_context_state *c, const qw_mesh *joined, qw_bake_target *target)
+{
+    qw_source s = c->carried->source;
+    const qw_provenance *from = &c->carried->provenance;
+    qw_vec3 *place = QW_NEW(c->env, qw_vec3, s.mesh.vertex_count);
+    part_cells cells = find_cells(c->env, joined, &s.mesh);
+    for (uint32_t h = 0; h < 3 * s.mesh.face_count; h++)
+        place[s.mesh.corner[h]] = place_in_cell(&cells, s.face[h / 3], s.mesh.position[s.mesh.corner[h]]);
+    for (uint32_t f = 0; f < target->face_count; f++) {
+        uint32_t of = QW_NO_FACE;
+        for (uint32_t k = target->begin[f]; k < target->begin[f + 1] && k < from->corner_count && of == QW_NO_FACE; k++)
+            of = from->corners[k].face;
+        for (uint32_t k = target->begin[f]; k < target->begin[f + 1] && of != QW_NO_FACE; k++)
+            target->place[k] = place_in_cell(&cells, of, target->place[k]);
+    }
+    s.mesh.position = place;
+    s.bvh = qw_bvh_build(c->env, &s.mesh);
+    return s;
 }
 
 static float *find_normals(qw_context_state *c, const qw_mesh_view *view, const qw_atlas_mesh *mesh)
@@ -259,7 +333,8 @@ static void bake(void *user)
     qw_material_list list = find_materials(c->env, call->source);
     qw_picture *picture = read_pictures(c->env, &list);
     settle_alphas(&list, picture);
-    qw_look look = qw_begin_look(c->env, &c->carried->source, call->source ? call->source->attribute : NULL,
+    qw_source source = c->carried->source;
+    qw_look look = qw_begin_look(c->env, &source, call->source ? call->source->attribute : NULL,
                                  call->source ? call->source->attribute_count : 0, call->source && !call->source->gltf,
                                  &list, picture);
     float *shape = find_normals(c, &view, &mesh);
@@ -272,10 +347,11 @@ static void bake(void *user)
                              .normal = shape,
                              .uv = a->atlas.uv};
     target.place = place_corners(c, &view, mesh.corner_count);
+    if (call->source && call->source->part) source = part_source(c, call->source, &target);
     target.normal = a->normal = qw_shading_of_input(c->env, &target, &look);
     qw_bake_target_begin(c->env, &target);
     float cage = (float)(a->options.cage * c->run.whole.clean.frame.scale);
-    float farthest = qw_bake_target_cage(c->env, &target, &c->carried->source, cage);
+    float farthest = qw_bake_target_cage(c->env, &target, &source, cage);
     a->look = (qw_asset_look){0};
     take_factors(&a->look, &look);
     take_alphas(c->env, a, &look);
@@ -284,8 +360,8 @@ static void bake(void *user)
                                 (uint32_t)a->options.samples, (uint32_t)a->options.margin, farthest);
     keep_maps(c, a, &made, &target);
     if (look.uv[0]) {
-        uint32_t *neighbour = qw_find_neighbours(c->env, &c->carried->source);
-        a->report.charts_before = qw_find_charts(c->env, &c->carried->source, neighbour, look.uv[0]).count;
+        uint32_t *neighbour = qw_find_neighbours(c->env, &source);
+        a->report.charts_before = qw_find_charts(c->env, &source, neighbour, look.uv[0]).count;
     }
     for (uint32_t i = 0; i < list.note_count; i++) qw_warn_once(&c->run, list.note[i]);
     qw_scope_end(c->env);
@@ -363,22 +439,6 @@ static bool is_left_out(const qw_attribute *a, bool has_color)
            strcmp(a->name, "tangent") == 0;
 }
 
-/* Far from the origin a node takes the distance, as glTF holds 32 bits. */
-static void find_translation(const qw_mesh_view *view, double to[3])
-{
-    for (int k = 0; k < 3; k++) {
-        double least = INFINITY, most = -INFINITY;
-        for (size_t v = 0; v < view->vertex_count; v++) {
-            double x = view->positions[3 * v + (size_t)k];
-            least = fmin(least, x), most = fmax(most, x);
-        }
-        double middle = least / 2 + most / 2;
-        /* what lies beyond single precision is refused where the vertices are written */
-        bool is_far = fabs(middle) > most - least && fabs(middle) <= (double)FLT_MAX;
-        to[k] = is_far ? (double)(float)middle : 0;
-    }
-}
-
 qw_attribute *qw_list_asset(qw_env *env, const qw_asset *a, const qw_mesh_view *view, const qw_attribute *attributes,
                             uint32_t *total, bool is_gltf)
 {
@@ -431,9 +491,8 @@ static void save_asset(void *user)
     qw_attribute *list = qw_list_asset(env, a, &view, call->attributes, &along.count, is_gltf);
     qw_attribute *material = &list[along.count - 1];
     const char **names = NULL;
-    double translation[3];
-    find_translation(&view, translation);
-    if (is_gltf) along.gltf = qw_gltf_of_asset(env, &a->look, translation);
+    const qw_asset_look *look = &a->look;
+    if (is_gltf) along.gltf = qw_gltf_of_looks(env, &look, 1, false);
     else along.library = qw_write_mtl(env, call->path, &a->look, &names);
     material->label_names = names, material->label_count = names ? a->look.tiles * a->look.alphas : 0;
     along.attributes = list;

@@ -18,8 +18,9 @@
 typedef struct load_job {
     qw_env *env;
     qw_mesh *mesh;
-    const char *path;  /* NULL: bytes */
-    const void *bytes; /* byte[size] */
+    const char *const *path; /* char *[paths] */
+    uint32_t paths;          /* 0: bytes */
+    const void *bytes;       /* byte[size] */
     size_t size;
     const qw_mesh_view *view; /* of the caller, to be wrapped, as what follows, or split so many times */
     uint32_t times;
@@ -75,33 +76,46 @@ static void make_holder(void *user)
     job->mesh = mesh;
 }
 
+static void take_soup(qw_env *env, qw_mesh *mesh, qw_soup soup, const char *path)
+{
+    if (soup.separate_corners) weld(env, &soup);
+    qw_mesh_view view;
+    view_soup(env, &soup, &view);
+    mesh->view = view;
+    mesh->attribute = soup.attribute, mesh->attribute_count = soup.attribute_count;
+    if (path) mesh->path = memcpy(QW_NEW(env, char, strlen(path) + 1), path, strlen(path) + 1);
+    mesh->library = soup.library, mesh->gltf = soup.gltf, mesh->is_whole = true;
+}
+
+static void require_something(const load_job *job)
+{
+    bool is_there = job->path || job->bytes;
+    for (uint32_t i = 0; i < job->paths; i++) is_there = is_there && job->path[i];
+    if (!is_there) qw_fail(job->env, QW_ARGUMENT, -1, "there is nothing to load: the path or the bytes are NULL");
+}
+
 static void load_body(void *user)
 {
     load_job *job = user;
-    if (!job->path && !job->bytes)
-        qw_fail(job->env, QW_ARGUMENT, -1, "there is nothing to load: the path or the bytes are NULL");
-    qw_soup soup = job->path ? qw_read(job->env, job->path) : qw_read_memory(job->env, job->bytes, job->size, "memory");
-    if (soup.separate_corners) weld(job->env, &soup);
-    qw_mesh_view view;
-    view_soup(job->env, &soup, &view);
-    job->mesh->view = view;
-    job->mesh->attribute = soup.attribute, job->mesh->attribute_count = soup.attribute_count;
-    if (job->path) {
-        size_t size = strlen(job->path) + 1;
-        char *path = QW_NEW(job->env, char, size);
-        memcpy(path, job->path, size);
-        job->mesh->path = path;
+    qw_mesh *mesh = job->mesh;
+    require_something(job);
+    if (job->bytes) take_soup(job->env, mesh, qw_read_memory(job->env, job->bytes, job->size, "memory"), NULL);
+    else if (job->paths == 1) take_soup(job->env, mesh, qw_read(job->env, job->path[0]), job->path[0]);
+    else {
+        mesh->part = QW_NEW_ZERO(job->env, qw_mesh, job->paths), mesh->parts = job->paths;
+        for (uint32_t i = 0; i < job->paths; i++)
+            take_soup(job->env, &mesh->part[i], qw_read(job->env, job->path[i]), job->path[i]);
+        qw_join_parts(job->env, mesh);
+        mesh->is_whole = true;
     }
-    job->mesh->library = soup.library, job->mesh->gltf = soup.gltf, job->mesh->is_whole = true;
 }
 
 /* Points as a soup: src/products/wrap/point_cloud.h. */
 static void points_body(void *user)
 {
     load_job *job = user;
-    if (!job->path && !job->bytes)
-        qw_fail(job->env, QW_ARGUMENT, -1, "there is nothing to load: the path or the bytes are NULL");
-    qw_soup soup = job->path ? qw_read_points(job->env, job->path)
+    require_something(job);
+    qw_soup soup = job->path ? qw_read_points(job->env, *job->path)
                              : qw_read_points_memory(job->env, job->bytes, job->size, "memory");
     double *flat = qw_flatten_points(job->env, soup.position, soup.vertex_count);
     uint32_t *corner, faces = qw_triangles_of_points(job->env, flat, soup.vertex_count, &corner);
@@ -142,7 +156,10 @@ static void wrap_body(void *user)
     mesh->view = *job->view;
     mesh->attribute = job->attributes, mesh->attribute_count = job->attribute_count;
     mesh->library = job->library, mesh->is_whole = true;
-    if (job->source) mesh->gltf = job->source->gltf, mesh->path = job->source->path;
+    if (job->source) {
+        mesh->gltf = job->source->gltf, mesh->path = job->source->path;
+        mesh->part = job->source->part, mesh->parts = job->source->parts;
+    }
     if (job->source && !job->library) mesh->library = job->source->library;
 }
 
@@ -175,12 +192,18 @@ static qw_status make_mesh(load_job job, void (*body)(void *user), const qw_host
 
 qw_status qw_load(const char *path, const qw_host *host, qw_mesh **mesh)
 {
-    return mesh ? make_mesh((load_job){.path = path}, load_body, host, mesh) : QW_ARGUMENT;
+    return mesh ? make_mesh((load_job){.path = &path, .paths = 1}, load_body, host, mesh) : QW_ARGUMENT;
+}
+
+qw_status qw_load_together(const char *const *paths, uint32_t count, const qw_host *host, qw_mesh **mesh)
+{
+    load_job job = {.path = count ? paths : NULL, .paths = count};
+    return mesh ? make_mesh(job, load_body, host, mesh) : QW_ARGUMENT;
 }
 
 qw_status qw_load_points(const char *path, const qw_host *host, qw_mesh **mesh)
 {
-    return mesh ? make_mesh((load_job){.path = path}, points_body, host, mesh) : QW_ARGUMENT;
+    return mesh ? make_mesh((load_job){.path = &path, .paths = 1}, points_body, host, mesh) : QW_ARGUMENT;
 }
 
 qw_status qw_load_points_memory(const void *bytes, size_t size, const qw_host *host, qw_mesh **mesh)

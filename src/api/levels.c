@@ -145,7 +145,7 @@ static void save_levels(void *user)
         level[i].attributes = number_materials(call->env, m, materials);
         materials += (int32_t)(m->look->tiles * m->look->alphas);
     }
-    const qw_gltf_rest *pictures = look[0]        ? qw_gltf_of_looks(call->env, look, call->count)
+    const qw_gltf_rest *pictures = look[0]        ? qw_gltf_of_looks(call->env, look, call->count, true)
                                    : call->source ? call->source->gltf
                                                   : NULL;
     qw_file *file = qw_file_begin(call->env, call->path);

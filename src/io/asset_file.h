@@ -23,13 +23,9 @@ static inline const char *qw_alpha_suffix(const qw_asset_look *look, uint32_t i)
     return look->alphas > 1 ? suffix[look->alpha[i]] : "";
 }
 
-/* What qw_put_gltf writes beside the mesh: one node, the materials, the pictures. translation: of the node, which the
-   coordinates are less in what is written. In the caller's scope. */
-qw_gltf_rest *qw_gltf_of_asset(qw_env *env, const qw_asset_look *look, const double translation[3]);
-
-/* The materials and pictures of several levels, the finest first, for qw_put_gltf_levels: those of one after those of
-   the other. In the caller's scope. */
-qw_gltf_rest *qw_gltf_of_looks(qw_env *env, const qw_asset_look *const *look, uint32_t count);
+/* Their materials and pictures, for glTF: those of one after those of the other, named as levels, the finest first, or
+   not. It has no objects. In the caller's scope. */
+qw_gltf_rest *qw_gltf_of_looks(qw_env *env, const qw_asset_look *const *look, uint32_t count, bool are_levels);
 
 /* Writes the pictures and an MTL beside an OBJ: NAME_color.png and so on, with .1001 and so on where there are several
    tiles. Returns the name of the MTL without its folder; *names: char *[tiles * alphas], of the materials. In the

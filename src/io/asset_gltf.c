@@ -122,11 +122,9 @@ static void put_list(qw_pen *to, const char *name, const qw_pen *items)
     qw_pen_text(to, "],");
 }
 
-static void put_head(maker *k)
+static void put_look(maker *k)
 {
-    k->rest->head = k->rest->look = begin_piece(k);
-    if (k->level == QW_NONE)
-        qw_pen_text(&k->text, "\"asset\":{" QW_GLTF_ASSET "},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],");
+    k->rest->look = begin_piece(k);
     if (k->texture_count) qw_pen_text(&k->text, "\"samplers\":[{\"magFilter\":9729,\"minFilter\":9987}],");
     put_list(&k->text, "images", &k->images), put_list(&k->text, "textures", &k->textures);
     put_list(&k->text, "materials", &k->materials);
@@ -142,63 +140,21 @@ static size_t put_used(maker *k)
     return at;
 }
 
-static maker begin_maker(qw_env *env, uint32_t level)
+qw_gltf_rest *qw_gltf_of_looks(qw_env *env, const qw_asset_look *const *look, uint32_t count, bool are_levels)
 {
     const qw_pen none = {.env = env};
-    return (maker){.env = env,
-                   .rest = QW_NEW_ZERO(env, qw_gltf_rest, 1),
-                   .text = none,
-                   .bytes = none,
-                   .views = none,
-                   .images = none,
-                   .textures = none,
-                   .materials = none,
-                   .level = level};
-}
-
-qw_gltf_rest *qw_gltf_of_looks(qw_env *env, const qw_asset_look *const *look, uint32_t count)
-{
-    maker k = begin_maker(env, 0);
-    qw_gltf_rest *r = k.rest;
-    for (k.level = 0; k.level < count; k.level++) {
-        k.look = look[k.level];
+    qw_gltf_rest *r = QW_NEW_ZERO(env, qw_gltf_rest, 1);
+    maker k = {.env = env, .rest = r, .text = none, .bytes = none, .views = none};
+    k.images = k.textures = k.materials = none;
+    for (uint32_t i = 0; i < count; i++) {
+        k.look = look[i], k.level = are_levels ? i : QW_NONE;
         put_materials(&k);
     }
-    put_head(&k);
+    put_look(&k);
     r->views = begin_piece(&k);
     qw_pen_put(&k.text, k.views.at, k.views.size);
     end_piece(&k);
     r->used = put_used(&k), r->required = piece(&k, "");
-    r->text = k.text.at, r->bytes = k.bytes.at, r->byte_count = k.bytes.size;
-    return r;
-}
-
-qw_gltf_rest *qw_gltf_of_asset(qw_env *env, const qw_asset_look *look, const double translation[3])
-{
-    maker k = begin_maker(env, QW_NONE);
-    k.look = look;
-    put_materials(&k);
-    put_head(&k);
-    qw_gltf_rest *r = k.rest;
-    qw_gltf_object *o = r->object = QW_NEW_ZERO(env, qw_gltf_object, 1);
-    r->object_count = 1;
-    for (int i = 0; i < 12; i++) o->to_local[i] = i % 5 == 0 ? 1 : i % 4 == 3 ? -translation[i / 4] : 0;
-    o->nodes = begin_piece(&k);
-    qw_pen_text(&k.text, "{");
-    if (translation[0] != 0 || translation[1] != 0 || translation[2] != 0) {
-        for (int i = 0; i < 3; i++) {
-            qw_pen_text(&k.text, i ? "," : "\"translation\":[");
-            qw_pen_number(&k.text, translation[i]);
-        }
-        qw_pen_text(&k.text, "],");
-    }
-    end_piece(&k);
-    r->nodes_end = piece(&k, "}");
-    o->members = o->head = r->accessors = r->required = piece(&k, "");
-    r->used = put_used(&k);
-    r->views = begin_piece(&k);
-    qw_pen_put(&k.text, k.views.at, k.views.size);
-    end_piece(&k);
     r->text = k.text.at, r->bytes = k.bytes.at, r->byte_count = k.bytes.size;
     return r;
 }

@@ -248,12 +248,28 @@ static void read_image(reader *r, uint32_t i)
     if (!r->list.image[i].at) qw_note_material(r->env, &r->list, "%s is left out of the maps: %.80s", name, why);
 }
 
-/* Marks the images of a material. */
-static void mark_images(const qw_material *m, uint8_t *is_wanted)
+enum { MAPS = 7 };
+static void list_maps(qw_material *m, qw_texture *map[MAPS])
 {
-    const qw_texture *map[] = {&m->color_map,     &m->alpha_map,    &m->metallic_map, &m->roughness_map,
-                               &m->occlusion_map, &m->emission_map, &m->normal_map};
-    for (size_t i = 0; i < sizeof map / sizeof *map; i++)
+    qw_texture *const all[MAPS] = {&m->color_map,     &m->alpha_map,    &m->metallic_map, &m->roughness_map,
+                                   &m->occlusion_map, &m->emission_map, &m->normal_map};
+    memcpy(map, all, sizeof all);
+}
+
+void qw_renumber_images(qw_material *m, uint32_t before)
+{
+    qw_texture *map[MAPS];
+    list_maps(m, map);
+    for (int i = 0; i < MAPS; i++)
+        if (map[i]->image != QW_NONE) map[i]->image += before;
+}
+
+/* Marks the images of a material. */
+static void mark_images(qw_material *m, uint8_t *is_wanted)
+{
+    qw_texture *map[MAPS];
+    list_maps(m, map);
+    for (int i = 0; i < MAPS; i++)
         if (map[i]->image != QW_NONE) is_wanted[map[i]->image] = 1;
 }
 

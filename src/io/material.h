@@ -42,6 +42,9 @@ void qw_note_material(qw_env *env, qw_material_list *list, const char *format, .
 /* A material of white, rough, and without textures. */
 qw_material qw_plain_material(void);
 
+/* Where so many images stand before those of its list. */
+void qw_renumber_images(qw_material *material, uint32_t before);
+
 /* What a number of a material may be. */
 typedef struct qw_factor_range {
     float least, most;

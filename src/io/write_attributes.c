@@ -16,8 +16,9 @@ enum { LINE_SIZE = 512 };
 /* To the nearest whole number, ties away from 0; |x| below 2^62. */
 static double whole(double x) { return (double)(int64_t)(x < 0 ? x - 0.5 : x + 0.5); }
 
-/* Decimals of texture coordinates, normals and colours in text. */
-static const double DECIMALS = 1e6;
+/* Decimals of normals and colours in text; texture coordinates have as many as tell multiples of 2^-20 apart, far
+   beyond what parts two triangles. */
+static const double DECIMALS = 1e6, UV_DECIMALS = 1e9;
 
 typedef struct output {
     qw_env *env;
@@ -41,12 +42,14 @@ static void put_number(output *o, double value)
     put(o, text, qw_number_print(text, value));
 }
 
-static void put_short(output *o, float value)
+static void put_rounded(output *o, float value, double decimals)
 {
     double v = (double)value;
     put_text(o, " ");
-    put_number(o, fabs(v) < 1e9 ? whole(v * DECIMALS) / DECIMALS + 0.0 : v);
+    put_number(o, fabs(v) < 1e9 ? whole(v * decimals) / decimals + 0.0 : v);
 }
+
+static void put_short(output *o, float value) { put_rounded(o, value, DECIMALS); }
 
 static void put_whole(output *o, int64_t value)
 {
@@ -114,7 +117,8 @@ static uint32_t *put_rows(output *o, const qw_attribute *a, const char *word)
             if (r == 0) {
                 from[rows] = at, before[rows] = last[v], r = last[v] = ++rows;
                 put_text(o, word);
-                for (uint32_t k = 0; k < n; k++) put_short(o, a->values[(size_t)n * at + k]);
+                for (uint32_t k = 0; k < n; k++)
+                    put_rounded(o, a->values[(size_t)n * at + k], a->kind == QW_UVS ? UV_DECIMALS : DECIMALS);
                 put_text(o, "\n");
             }
             row[c] = r;

@@ -659,12 +659,13 @@ asset.__signature__ = inspect.Signature(
 # --------------------------------------------------------------------------------------------------------------------- files, measuring
 
 
-def load(path):
-    """Reads an OBJ, PLY, OFF, STL, GLB or glTF file, judged by its contents: a Mesh, with its attributes.
+def load(path, *more):
+    """Reads an OBJ, PLY, OFF, STL, GLB or glTF file, judged by its contents: a Mesh, with its attributes. Several files become one Mesh, whose
+    asset() has one square of texture coordinates and one set of maps: each is an object, the label "object", by its name without folder and ending.
 
     Raises FileMissingError (a FileNotFoundError), FileUnreadableError (an OSError), FormatSyntaxError and the like, with the path and the line or element.
     """
-    return _loaded(*_native.load(path, _log, _may_be_gltf(path)))
+    return _loaded(*_native.load([path, *more], _log, _may_be_gltf(path)))
 
 
 def load_memory(data):

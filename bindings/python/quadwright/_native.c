@@ -151,19 +151,20 @@ static PyObject *give_loaded(const qw_mesh *mesh)
     return NULL;
 }
 
-/* ((mesh, attributes, mtllib), scene) of a file, by its name or, where data is not NULL, of its bytes. */
-static PyObject *load(const char *path, const Py_buffer *data, PyObject *log, bool has_scene)
+/* ((mesh, attributes, mtllib), scene) of files, by their names or, where data is not NULL, of a file's bytes. */
+static PyObject *load(const char *const *path, uint32_t count, const Py_buffer *data, PyObject *log, bool has_scene)
 {
     hooks h = {.log = native_or_null(log), .last = native_now_ms()};
     qw_host host = native_host(&h, 0);
     qw_mesh *mesh = NULL;
     h.released = PyEval_SaveThread();
-    qw_status status = data ? qw_load_memory(data->buf, (size_t)data->len, &host, &mesh) : qw_load(path, &host, &mesh);
+    qw_status status = data ? qw_load_memory(data->buf, (size_t)data->len, &host, &mesh)
+                            : qw_load_together(path, count, &host, &mesh);
     native_take_gil(&h);
     PyObject *result = status == QW_OK && !PyErr_Occurred() ? give_loaded(mesh)
                                                             : native_raise(status, qw_mesh_message(mesh));
-    has_scene |= path && qw_mesh_library(mesh);             /* what maps are baked from lies beside such an OBJ */
-    PyObject *rest = give_scene(mesh, result && has_scene); /* the hooks are not called once the mesh is read */
+    has_scene |= count > 1 || (path && qw_mesh_library(mesh)); /* what maps are baked from lies in or beside them */
+    PyObject *rest = give_scene(mesh, result && has_scene);    /* the hooks are not called once the mesh is read */
     if (result && rest) return Py_BuildValue("NN", result, rest);
     Py_XDECREF(result), Py_XDECREF(rest);
     return NULL;
@@ -171,12 +172,19 @@ static PyObject *load(const char *path, const Py_buffer *data, PyObject *log, bo
 
 static PyObject *native_load(PyObject *self, PyObject *arguments)
 {
-    PyObject *path, *log;
+    PyObject *list, *log, *result = NULL;
     int has_scene;
     (void)self;
-    if (!PyArg_ParseTuple(arguments, "O&Op", PyUnicode_FSConverter, &path, &log, &has_scene)) return NULL;
-    PyObject *result = load(PyBytes_AsString(path), NULL, log, has_scene);
-    Py_DECREF(path);
+    if (!PyArg_ParseTuple(arguments, "O!Op", &PyList_Type, &list, &log, &has_scene)) return NULL;
+    Py_ssize_t count = PyList_Size(list), taken = 0;
+    PyObject **bytes = calloc((size_t)count + 1, sizeof *bytes);
+    const char **path = calloc((size_t)count + 1, sizeof *path);
+    if (!bytes || !path) PyErr_NoMemory();
+    while (bytes && path && taken < count && PyUnicode_FSConverter(PyList_GetItem(list, taken), &bytes[taken]))
+        path[taken] = PyBytes_AsString(bytes[taken]), taken++;
+    if (taken == count && path) result = load(path, (uint32_t)count, NULL, log, has_scene);
+    while (taken > 0) Py_DECREF(bytes[--taken]);
+    free(bytes), free(path);
     return result;
 }
 
@@ -187,7 +195,7 @@ static PyObject *native_load_memory(PyObject *self, PyObject *arguments)
     int has_scene;
     (void)self;
     if (!PyArg_ParseTuple(arguments, "y*Op", &data, &log, &has_scene)) return NULL;
-    PyObject *result = load(NULL, &data, log, has_scene);
+    PyObject *result = load(NULL, 0, &data, log, has_scene);
     PyBuffer_Release(&data);
     return result;
 }

@@ -55,6 +55,21 @@ def test_bytes_of_the_tool(tool, tmp_path, textured, ending):
     assert json.loads((tmp_path / "report.json").read_text())["asset"] == result.asset
 
 
+def test_several_files(tool, tmp_path, surface, textured):
+    """One square for all; each keeps its colour where they lie in one another."""
+    points, faces = surface
+    quadwright.save(tmp_path / "white.ply", points * [1, 1.25, 1], faces)
+    mesh = quadwright.load(textured, tmp_path / "white.ply")
+    assert mesh.attributes["object"].names == ["torus", "white"]
+    result = quadwright.asset(mesh, faces=400, texture=128)
+    result.save(tmp_path / "ours.glb")
+    run_tool(tool, textured, tmp_path / "white.ply", "-o", tmp_path / "theirs.glb", "--faces", 400, "--texture", 128)
+    assert (tmp_path / "ours.glb").read_bytes() == (tmp_path / "theirs.glb").read_bytes()
+    assert quadwright.load(tmp_path / "ours.glb").attributes["object"].names == ["torus", "white"]
+    with pytest.raises(quadwright.FileMissingError, match="nowhere"):
+        quadwright.load(textured, tmp_path / "nowhere.obj")
+
+
 def test_arrays(textured):
     result = quadwright.asset(quadwright.load(textured), faces=300, texture=128, bake=["color", "normal", "height"])
     assert {n: (m.dtype.name, m.shape) for n, m in result.maps.items()} == {

@@ -63,7 +63,8 @@ bool qw_is_gltf(qw_bytes bytes); /* begins as JSON does */
    where its JSON is none. In the caller's scope. */
 void qw_gltf_list_files(qw_env *env, const char *name, const char *path, qw_bytes bytes, qw_pen *paths);
 
-/* rest: NULL: none. is_binary: GLB, or else JSON with the buffer in a data URI. */
+/* rest: NULL: none; without objects: materials and pictures alone (io/asset_file.h), and a node for each label
+   "object". is_binary: GLB, or else JSON with the buffer in a data URI. */
 void qw_put_gltf(qw_env *env, qw_file *file, bool is_binary, const qw_mesh_view *mesh, const qw_attribute *attributes,
                  uint32_t count, const qw_gltf_rest *rest);
 

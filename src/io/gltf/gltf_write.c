@@ -48,6 +48,13 @@ static void put_materials(const qw_gltf_writer *w, qw_pen *out)
     qw_pen_text(out, "],");
 }
 
+/* What labels of materials refer to. */
+static void put_look(const qw_gltf_writer *w, qw_pen *out)
+{
+    if (w->pictures) qw_pen_text(out, w->pictures->text + w->pictures->look);
+    else put_materials(w, out);
+}
+
 /* A node for each mesh, by the names of the objects; materials by their names. */
 static void put_own_head(const qw_gltf_writer *w, qw_pen *out, const uint32_t *first_face)
 {
@@ -63,7 +70,7 @@ static void put_own_head(const qw_gltf_writer *w, qw_pen *out, const uint32_t *f
         qw_pen_text(out, "}");
     }
     qw_pen_text(out, "],");
-    put_materials(w, out);
+    put_look(w, out);
 }
 
 static void put_list(qw_pen *out, const char *name, const char *passed, const qw_pen *own)
@@ -75,7 +82,24 @@ static void put_list(qw_pen *out, const char *name, const char *passed, const qw
     qw_pen_text(out, "],");
 }
 
-/* All but the buffer, which ends the document. */
+/* What follows the nodes and materials, up to the buffer, which ends the document. extension: one that is used, or "".
+ */
+static void put_rest(const qw_gltf_writer *w, qw_pen *out, const char *extension)
+{
+    const qw_gltf_rest *r = w->rest ? w->rest : w->pictures;
+    qw_pen_text(out, "\"meshes\":[");
+    qw_pen_put(out, w->meshes.at, w->meshes.size);
+    qw_pen_text(out, "],");
+    put_list(out, "accessors", w->rest ? r->text + r->accessors : "", &w->accessors);
+    put_list(out, "bufferViews", r ? r->text + r->views : "", &w->views);
+    qw_pen_text(out, "\"extensionsUsed\":[");
+    if (r) qw_pen_text(out, r->text + r->used);
+    qw_pen_print(out, "\"FB_ngon_encoding\"%s],", extension);
+    if (r && r->text[r->required])
+        qw_pen_text(out, "\"extensionsRequired\":["), qw_pen_text(out, r->text + r->required), qw_pen_text(out, "],");
+    qw_pen_print(out, "\"buffers\":[{\"byteLength\":%zu", w->bytes.size);
+}
+
 static qw_pen put_document(const qw_gltf_writer *w, const uint32_t *first_face)
 {
     const qw_gltf_rest *r = w->rest;
@@ -90,18 +114,7 @@ static qw_pen put_document(const qw_gltf_writer *w, const uint32_t *first_face)
     } else {
         put_own_head(w, &out, first_face);
     }
-    qw_pen_text(&out, "\"meshes\":[");
-    qw_pen_put(&out, w->meshes.at, w->meshes.size);
-    qw_pen_text(&out, "],");
-    put_list(&out, "accessors", r ? r->text + r->accessors : "", &w->accessors);
-    put_list(&out, "bufferViews", r ? r->text + r->views : "", &w->views);
-    qw_pen_text(&out, "\"extensionsUsed\":[");
-    if (r) qw_pen_text(&out, r->text + r->used);
-    qw_pen_text(&out, "\"FB_ngon_encoding\"],");
-    if (r && r->text[r->required])
-        qw_pen_text(&out, "\"extensionsRequired\":["), qw_pen_text(&out, r->text + r->required),
-            qw_pen_text(&out, "],");
-    qw_pen_print(&out, "\"buffers\":[{\"byteLength\":%zu", w->bytes.size);
+    put_rest(w, &out, "");
     return out;
 }
 
@@ -173,6 +186,14 @@ static void warn_of_names(const qw_gltf_writer *w)
                "names that are not UTF-8 are written as if they were Latin-1 (ISO 8859-1): glTF holds UTF-8 only");
 }
 
+/* Which labels of materials refer to by their numbers. */
+static void begin_pictures(qw_gltf_writer *w, const qw_gltf_rest *pictures)
+{
+    if (!pictures) return;
+    qw_pen_put(&w->bytes, pictures->bytes, pictures->byte_count);
+    w->pictures = pictures, w->view_count = pictures->view_count, w->material_count = pictures->material_count;
+}
+
 static void begin_writer(qw_gltf_writer *w)
 {
     const qw_mesh_view *m = w->mesh;
@@ -201,11 +222,12 @@ void qw_put_gltf(qw_env *env, qw_file *file, bool is_binary, const qw_mesh_view 
                         .mesh = mesh,
                         .attributes = attributes,
                         .count = count,
-                        .rest = rest,
+                        .rest = rest && rest->object_count ? rest : NULL,
                         .meshes = none,
                         .views = none,
                         .accessors = none,
                         .bytes = none};
+    if (!w.rest) begin_pictures(&w, rest);
     begin_writer(&w);
     uint32_t *first_face = NULL;
     size_t capacity = 0;
@@ -224,8 +246,7 @@ void qw_put_gltf(qw_env *env, qw_file *file, bool is_binary, const qw_mesh_view 
 
 /* ---- levels of detail */
 
-/* pictures: of the levels' materials; NULL: these go by their names. */
-static qw_pen put_levels_document(const qw_gltf_writer *w, uint32_t levels, const qw_gltf_rest *pictures)
+static qw_pen put_levels_document(const qw_gltf_writer *w, uint32_t levels)
 {
     qw_pen out = {.env = w->env};
     qw_pen_text(&out, "{\"asset\":{" QW_GLTF_ASSET "},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[");
@@ -237,20 +258,8 @@ static qw_pen put_levels_document(const qw_gltf_writer *w, uint32_t levels, cons
         qw_pen_text(&out, i == 0 && levels > 1 ? "]}}}" : "}");
     }
     qw_pen_text(&out, "],");
-    if (pictures) qw_pen_text(&out, pictures->text + pictures->look);
-    else put_materials(w, &out);
-    qw_pen_text(&out, "\"meshes\":[");
-    qw_pen_put(&out, w->meshes.at, w->meshes.size);
-    qw_pen_text(&out, "],");
-    put_list(&out, "accessors", "", &w->accessors);
-    put_list(&out, "bufferViews", pictures ? pictures->text + pictures->views : "", &w->views);
-    qw_pen_text(&out, "\"extensionsUsed\":[");
-    if (pictures) qw_pen_text(&out, pictures->text + pictures->used);
-    qw_pen_text(&out, levels > 1 ? "\"FB_ngon_encoding\",\"MSFT_lod\"]," : "\"FB_ngon_encoding\"],");
-    if (pictures && pictures->text[pictures->required])
-        qw_pen_text(&out, "\"extensionsRequired\":["), qw_pen_text(&out, pictures->text + pictures->required),
-            qw_pen_text(&out, "],");
-    qw_pen_print(&out, "\"buffers\":[{\"byteLength\":%zu", w->bytes.size);
+    put_look(w, &out);
+    put_rest(w, &out, levels > 1 ? ",\"MSFT_lod\"" : "");
     return out;
 }
 
@@ -260,10 +269,7 @@ void qw_put_gltf_levels(qw_env *env, qw_file *file, bool is_binary, const qw_glt
     const qw_pen none = {.env = env};
     qw_gltf_writer w = {.env = env, .meshes = none, .views = none, .accessors = none, .bytes = none};
     float centre[3];
-    if (pictures) {
-        qw_pen_put(&w.bytes, pictures->bytes, pictures->byte_count);
-        w.view_count = pictures->view_count, w.material_count = pictures->material_count;
-    }
+    begin_pictures(&w, pictures);
     for (uint32_t i = 0; i < count; i++) {
         w.mesh = levels[i].mesh, w.attributes = levels[i].attributes, w.count = levels[i].count;
         w.copies = w.streams = 0;
@@ -273,7 +279,7 @@ void qw_put_gltf_levels(qw_env *env, qw_file *file, bool is_binary, const qw_glt
         else memcpy(w.centre, centre, sizeof centre);
         qw_put_gltf_mesh(&w, 0, w.mesh->face_count);
     }
-    qw_pen json = put_levels_document(&w, count, pictures);
+    qw_pen json = put_levels_document(&w, count);
     if (is_binary) put_glb(&w, file, &json);
     else put_json(&w, file, &json);
 }

@@ -17,6 +17,7 @@ typedef struct qw_gltf_writer {
     const qw_attribute *attributes;
     uint32_t count;
     const qw_gltf_rest *rest;                        /* NULL: none */
+    const qw_gltf_rest *pictures;                    /* without rest: materials and pictures alone; NULL: none */
     const qw_attribute *object, *material, *weights; /* NULL: none */
     uint32_t material_count; /* those that labels refer to by number; 0: by those of `rest`, or by name */
     qw_gltf_stream *stream;
