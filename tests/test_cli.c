@@ -628,7 +628,13 @@ static void assets(void **state)
         shell("grep -q '^o first' both.obj && grep -q '^o second' both.obj && [ $(grep -c usemtl both.obj) = 1 ] && "
               "grep -q '\"overlapping_charts\": 0' both.json && ! ls | grep -q 'both.*1001'"),
         0);
-    /* and so do several files, each an object */
+    /* a block that fills the square: corners at u = 1 are not of the next tile */
+    assert_int_equal(
+        tool("asset %s/regress/unit_square.obj -o block.obj --faces 16 --texture 64 --unwrap-grid 16 -q", QW_TEST_DATA)
+            ->code,
+        0);
+    assert_int_equal(shell("test $(grep -c '^vt' block.obj) = 25 && test $(grep -c usemtl block.obj) = 1"), 0);
+    /* several files in one square, each an object */
     assert_int_equal(tool("asset in.obj sheet.obj -o set.glb --faces 300 --texture 128 -q --json set.json")->code, 0);
     assert_int_equal(
         shell("grep -aq '\"nodes\":\\[{\"mesh\":0,\"name\":\"in\"},{\"mesh\":1,\"name\":\"sheet\"}' set.glb && "

@@ -420,8 +420,9 @@ static qw_attribute part_tiles(qw_env *env, const qw_asset *a, const qw_atlas_me
     qw_attribute uv = a->uv;
     float *value = QW_NEW(env, float, 2 * (size_t)mesh->corner_count);
     for (uint32_t f = 0; f < mesh->face_count; f++) {
-        float tile = a->atlas.uv[2 * (size_t)mesh->begin[f]];
-        label[f] = tile < 0 ? 0 : (int32_t)tile;
+        float tile = INFINITY; /* a corner may lie on its far border */
+        for (uint32_t c = mesh->begin[f]; c < mesh->begin[f + 1]; c++) tile = fminf(tile, a->atlas.uv[2 * (size_t)c]);
+        label[f] = (int32_t)fmaxf(tile, 0);
         for (uint32_t c = mesh->begin[f]; c < mesh->begin[f + 1]; c++) {
             value[2 * c] = a->atlas.uv[2 * c] - (shift ? (float)label[f] : 0);
             value[2 * c + 1] = a->atlas.uv[2 * c + 1];
