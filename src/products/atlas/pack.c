@@ -588,8 +588,9 @@ static void fit_scale(packer *k, const qw_pack_options *o)
     try_slots(k);
     for (uint32_t i = 1; i < k->batches && k->best.top > k->side && k->best.top != UINT32_MAX; i++) try_near(k);
     if (k->best.top > k->side)
-        qw_fail(k->env, QW_ARGUMENT, -1, "the charts do not fit into %u texture(s) of %u x %u at that texel density",
-                o->tiles, o->texels, o->texels);
+        qw_fail(k->env, QW_ARGUMENT, -1,
+                "the charts do not fit into %u texture(s) of %u x %u at that texel density: they cover as much as %.1f",
+                o->tiles, o->texels, o->texels, k->total * o->scale * o->scale);
     keep_good(k);
 }
 
