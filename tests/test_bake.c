@@ -559,7 +559,7 @@ static void constant_color(void **state)
     static const int want[3] = {51, 153, 255};
     for (uint32_t i = 0; i < 3 * 128 * 128; i++)
         assert_true(abs(((const uint8_t *)a.images[0].pixels)[i] - want[i % 3]) <= 1);
-    assert_true(a.report.color_error >= 0 && a.report.color_error < 1);
+    assert_true(a.report.color_error >= 0 && a.report.color_error < 0.01);
     assert_true(a.report.normal_error >= 0 && a.report.normal_error < 4);
     assert_true(a.report.missed_texels < a.report.texels / 100);
     end_asset(&a);

@@ -454,10 +454,10 @@ qw_maps qw_bake_maps(qw_env *env, const qw_bake_target *target, const qw_look *l
     bake_all(env, &b, count);
     for (uint32_t i = 0; i < count; i++) made.missed += b.missed[i];
     for (size_t i = 0; i < (size_t)texels * texels * tiles; i++) made.texels += b.covered[i];
-    check_maps(env, &b);
     for (uint32_t i = 0; i < tiles; i++)
         qw_pad_pictures(env, made.picture + i * QW_MAP_COUNT, QW_MAP_COUNT, b.covered + (size_t)texels * texels * i,
                         texels, pad);
+    check_maps(env, &b); /* as what is written shows it */
     qw_scope_end(env);
     return made;
 }
