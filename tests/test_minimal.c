@@ -100,6 +100,23 @@ static void spheres_have_six_quads(void **state)
     assert_true(made > 100);
 }
 
+/* A needle is not cut into a crowd of triangles as wide as it is for a few quads. */
+static void needles_take_no_crowd(void **state)
+{
+    (void)state;
+    double position[] = {0, 0, 0, 1, 0, 0, 0.5, 1e-6, 0, 0.4, -1e-6, 0};
+    uint32_t corner[] = {0, 1, 2, 0, 3, 1};
+    const shape needle = {4, 2, position, corner};
+    qw_env *env = qw_env_create(NULL, 1);
+    qw_scope_begin(env);
+    qw_trimesh m = surface_of(env, &needle);
+    qw_flip worst;
+    qw_make_straight(env, &m, &(qw_straight){20, 1, INFINITY, QW_NOT_FLIPPED, false}, &worst);
+    assert_true(qw_env_peak(env) < 1000000);
+    qw_scope_end(env);
+    qw_env_destroy(env);
+}
+
 /* The quads of a cube are its sides, facing out; of one that is inside out they face in. */
 static void keeps_the_side(void **state)
 {
@@ -159,6 +176,7 @@ QW_TEST_SUITE(minimal)
         cmocka_unit_test(makes_discs_and_spheres),
         cmocka_unit_test(spheres_have_six_quads),
         cmocka_unit_test(keeps_the_side),
+        cmocka_unit_test(needles_take_no_crowd),
         cmocka_unit_test(takes_the_burden_from_the_stages),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

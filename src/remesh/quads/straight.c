@@ -3,6 +3,7 @@
 #include "base/axes.h"
 #include "base/constants.h"
 #include "base/elementary.h"
+#include "geometry/box_tree.h"
 #include "geometry/loops.h"
 #include "geometry/tri_edit.h"
 #include "remesh/quads/pair.h"
@@ -200,12 +201,14 @@ static uint32_t farthest_from(const qw_edit *e, uint32_t v)
     return far;
 }
 
-/* Twice as many triangles as quads, of one size, paired. The two ends stay where they are when quads are thinned out.
- */
+/* Twice as many triangles as quads, of one size, paired; of a needle, which would be cut into a crowd, no more than so
+   many quads in a row are long. The two ends stay where they are when quads are thinned out. */
 static qw_quadmesh pair_once(const making *m, double quads)
 {
     qw_env *env = m->env;
+    qw_box box = qw_box_of(m->part->position, (int)m->part->vertex_count);
     float edge = (float)sqrt(m->area / (2 * (double)QW_EQUILATERAL_AREA * quads));
+    for (int k = 0; k < 3; k++) edge = fmaxf(edge, (box.hi[k] - box.lo[k]) / (float)quads);
     float *size = QW_NEW(env, float, m->part->vertex_count);
     for (uint32_t v = 0; v < m->part->vertex_count; v++) size[v] = edge;
     qw_working working = qw_coarsest_mesh(env, m->part, &m->census, size);
