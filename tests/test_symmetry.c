@@ -274,17 +274,19 @@ static double distance_without(const shape *s, int64_t faces)
 }
 
 /* The same with two balls, of which the file has one before the body and one after it: the body is the second component
-   of one side and the first of the other, and its quads there are as wide as the body's, not as a ball's. */
+   of one side and the first of the other, and its quads there are as wide as the body's, not as a ball's. A third ball
+   is on one side only. */
 static void components_come_in_another_order(void **state)
 {
     (void)state;
     shape all = {0};
-    for (int i = -1; i < 2; i++) {
-        shape part = i == 0 ? body(0) : shape_sphere(24);
+    for (int i = -1; i < 3; i++) {
+        shape part = i == 0 ? body(0) : shape_sphere(i == 2 ? 6 : 24);
         if (i == 0) bump_one_side(&part);
         for (size_t v = 0; i != 0 && v < part.vertex_count; v++) {
             double *p = part.position + 3 * v;
-            p[0] = 0.6 * p[0] - 0.62 * i, p[1] = 0.6 * p[1] + 2.5, p[2] = 0.6 * p[2] + 0.3;
+            if (i == 2) p[0] = 0.3 * p[0] + 0.4, p[1] = 0.3 * p[1] - 2, p[2] = 0.3 * p[2];
+            else p[0] = 0.6 * p[0] - 0.62 * i, p[1] = 0.6 * p[1] + 2.5, p[2] = 0.6 * p[2] + 0.3;
         }
         all = join(all, &part);
         shape_free(&part);

@@ -26,12 +26,14 @@ static const double NEARLY_AS_NEAR = 1.1, NEAR_ENOUGH = 0.02, MOSTLY = 0.999;
 /* In quads, what may be uncovered besides. */
 static const double UNCOVERED = 0.1;
 
+enum { FOREIGN = 2 };
+
 typedef struct other_side {
     const qw_run_state *run;
     qw_run_state side; /* what the run would hold, were this side the core */
     qw_quadmesh quads;
     uint32_t flipped;
-    uint8_t *held; /* uint8_t[quads.vertex_count]: lies in the plane, or belongs to no component of this side */
+    uint8_t *held; /* uint8_t[quads.vertex_count]: lies in the plane, or is FOREIGN: of no component of this side */
 } other_side;
 
 /* ---- the surface */
@@ -76,12 +78,12 @@ static bool prepare_surface(other_side *o)
 /* ---- the quads */
 
 /* The component of the surface that each of the quads' lies on: that of most of its vertices (Boyer and Moore). Holds
-   those of components that lie on none. Numbers the working mesh's as the surface's. */
+   those of components that lie on none. Numbers the working mesh's as the surface's, those on none after all others. */
 static void find_components(other_side *o, const uint32_t *component)
 {
     qw_quadmesh *q = &o->quads;
     qw_env *env = o->run->env;
-    uint32_t count = (uint32_t)o->run->clean_census.components;
+    uint32_t count = (uint32_t)o->run->clean_census.components, none = (uint32_t)o->side.surface_census.components;
     uint32_t *leader = QW_NEW(env, uint32_t, count);
     int64_t *lead = QW_NEW_ZERO(env, int64_t, count);
     qw_vec3 *normal = qw_quadmesh_vertex_normals(env, q);
@@ -99,11 +101,14 @@ static void find_components(other_side *o, const uint32_t *component)
     for (uint32_t v = 0; v < q->vertex_count; v++) {
         uint32_t c = leader[component[v]];
         q->component[v] = c == QW_NONE ? 0 : c;
-        if (c == QW_NONE) o->held[v] = 1;
+        if (c == QW_NONE) o->held[v] = FOREIGN;
     }
-    if (count == 1 && o->side.surface_census.components == 1) return;
+    if (count == 1 && none == 1) return;
     uint32_t *of_working = qw_clean_components_of_working(o->run);
-    for (uint32_t f = 0; f < o->run->working.mesh.face_count; f++) of_working[f] = leader[of_working[f]];
+    for (uint32_t f = 0; f < o->run->working.mesh.face_count; f++) {
+        uint32_t c = leader[of_working[f]];
+        of_working[f] = c == QW_NONE ? none : c;
+    }
     o->side.working.mesh.component = of_working;
     o->side.working_tree = qw_bvh_build(env, &o->side.working.mesh);
 }
@@ -133,7 +138,8 @@ static void relax(other_side *o)
     qw_vec3 *relaxed = qw_relax(&o->side, &o->quads, o->held, &flipped).position, *was = o->quads.position;
     for (uint32_t v = 0; v < o->quads.vertex_count; v++)
         if (o->held[v]) relaxed[v] = was[v];
-    for (uint32_t f = 0; f < o->quads.face_count; f++) o->flipped += flipped[f] == QW_FLIPPED;
+    for (uint32_t f = 0; f < o->quads.face_count; f++)
+        o->flipped += flipped[f] == QW_FLIPPED && o->held[o->quads.corner[4 * f]] != FOREIGN;
     o->quads.position = relaxed;
     const qw_fit fit = {.tree = o->side.tree, .strength = (float)run->options.fit};
     if (run->options.fit > 0 && run->options.fit_to != QW_FIT_TO_LIMIT) qw_fit_quads(run->env, &o->quads, &fit);
@@ -191,7 +197,7 @@ static bool sticks_out(const other_side *o)
     float reach = qw_uncovered_distance(o->run);
     for (uint32_t v = 0; v < o->quads.vertex_count; v++) {
         qw_hit hit = qw_bvh_nearest(o->side.tree, o->quads.position[v], qw_v3(0, 0, 0), -1, reach, QW_NONE);
-        if (hit.face == QW_NONE) return true;
+        if (hit.face == QW_NONE && o->held[v] != FOREIGN) return true;
     }
     return false;
 }
