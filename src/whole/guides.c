@@ -309,6 +309,7 @@ void qw_engrave_necks(qw_run_state *run, double rho)
     qw_env *env = run->env;
     run->necks = (qw_necks){0};
     bool finds_necks = run->options.rings > 0 && !run->plan.ringless && qw_uses(env, QW_MECH_NECKS) &&
+                       run->mirror.across_count == 0 && /* rows of a quarter come home at its planes */
                        run->surface_census.components <= MOST_COMPONENTS;
     if (finds_necks || (qw_follows_motion(run) && run->whole.steering->joint_count > 0)) {
         qw_scope_begin(env);
