@@ -6,6 +6,7 @@
 #include "base/hash.h"
 #include "base/elementary.h"
 #include "geometry/weld.h"
+#include "base/groups.h"
 
 #include <assert.h>
 #include <string.h>
@@ -184,20 +185,15 @@ static piece_grid group_pieces(qw_env *env, piece *pieces, uint32_t count, float
 {
     piece_grid g = {.mask = 1};
     while (g.mask < count) g.mask = 2 * g.mask + 1;
-    g.begin = QW_NEW_ZERO(env, uint32_t, (size_t)g.mask + 2);
     g.piece = QW_NEW(env, piece, count);
     uint32_t *bucket = QW_NEW(env, uint32_t, count);
     bucket_task t = {&g, pieces, radius, bucket};
     qw_parallel(env, count, QW_GRAIN_LIGHT, bucket_block, &t);
-    for (uint32_t i = 0; i < count; i++) g.begin[bucket[i] + 1]++;
-    for (uint32_t b = 0; b <= g.mask; b++) {
-        if (g.begin[b + 1] > g.most) g.most = g.begin[b + 1];
-        g.begin[b + 1] += g.begin[b];
-    }
-    for (uint32_t i = 0; i < count; i++) g.piece[g.begin[bucket[i]]++] = pieces[i];
-    for (uint32_t b = g.mask + 1; b > 0; b--) g.begin[b] = g.begin[b - 1];
-    g.begin[0] = 0;
-    qw_free(env, bucket);
+    uint32_t *sorted = qw_group(env, bucket, count, g.mask + 1, &g.begin);
+    for (uint32_t b = 0; b <= g.mask; b++)
+        if (g.begin[b + 1] - g.begin[b] > g.most) g.most = g.begin[b + 1] - g.begin[b];
+    for (uint32_t i = 0; i < count; i++) g.piece[i] = pieces[sorted[i]];
+    qw_free(env, bucket), qw_free(env, sorted);
     return g;
 }
 

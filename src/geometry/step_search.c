@@ -11,15 +11,6 @@ static const double across[DIRECTIONS][2] = {{1, 0},  {0.70710678, 0.70710678}, 
 /* Of the cost before, what may be left after a step: one that saves less is not worth another round around it. */
 static const double LEFT = 0.999;
 
-void qw_corners_at_vertices(qw_env *env, const qw_quadmesh *q, uint32_t **begin, uint32_t **around)
-{
-    uint32_t sides = 4 * q->face_count, *b = QW_NEW_ZERO(env, uint32_t, (size_t)q->vertex_count + 2);
-    *around = QW_NEW(env, uint32_t, sides), *begin = b;
-    for (uint32_t h = 0; h < sides; h++) b[q->corner[h] + 2]++;
-    for (uint32_t v = 0; v < q->vertex_count; v++) b[v + 2] += b[v + 1];
-    for (uint32_t h = 0; h < sides; h++) (*around)[b[q->corner[h] + 1]++] = h;
-}
-
 void qw_grow_marks(const qw_quadmesh *q, int rings, uint8_t *marks)
 {
     assert(rings >= 0 && marks);

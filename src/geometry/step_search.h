@@ -28,9 +28,6 @@ typedef struct qw_step_search {
     double (*cost)(void *user, uint32_t v, uint32_t quad);    /* of a quad at v, as v is put; not below 0 */
 } qw_step_search;
 
-/* The half-edges that leave each vertex, in their order: sets begin, uint32_t[vertices + 2], and around. */
-void qw_corners_at_vertices(qw_env *env, const qw_quadmesh *quads, uint32_t **begin, uint32_t **around);
-
 /* Marks (1) the vertices that are so many edges from marked ones, too: uint8_t[quads->vertex_count], 0 or 1. */
 void qw_grow_marks(const qw_quadmesh *quads, int rings, uint8_t *marks);
 

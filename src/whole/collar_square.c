@@ -2,6 +2,7 @@
 #include "whole/collar.h"
 
 #include "geometry/step_search.h"
+#include "base/groups.h"
 
 #include <assert.h>
 #include <string.h>
@@ -198,7 +199,7 @@ void qw_square_corners(qw_env *env, qw_quadmesh *q, const uint8_t *mobility, con
     assert(q->twin && surface->face_count > 0 && tree);
     qw_scope_begin(env);
     squaring s = {.q = q, .tree = tree, .normal = qw_face_normals(env, surface)};
-    qw_corners_at_vertices(env, q, &s.begin, &s.leaving);
+    s.leaving = qw_group(env, q->corner, 4 * q->face_count, q->vertex_count, &s.begin);
     s.hint = memset(QW_NEW(env, uint32_t, q->vertex_count), 0xff, q->vertex_count * sizeof *s.hint);
     square(env, &s, mobility, NULL);
     give_room(env, &s, mobility);

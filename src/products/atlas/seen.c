@@ -3,6 +3,7 @@
 #include "base/sort.h"
 #include "base/vec.h"
 #include "geometry/openness.h"
+#include "base/groups.h"
 
 #include <string.h>
 
@@ -141,11 +142,7 @@ uint32_t *qw_mirrored_corners(qw_env *env, const qw_atlas_mesh *m, const double 
     uint32_t *to = QW_NEW(env, uint32_t, m->corner_count);
     qw_scope_begin(env);
     uint32_t *vertex = mirrored_vertices(env, m, normal, offset);
-    uint32_t *first = QW_NEW_ZERO(env, uint32_t, m->vertex_count + (size_t)2),
-             *item = QW_NEW(env, uint32_t, m->corner_count);
-    for (uint32_t c = 0; c < m->corner_count; c++) first[m->corner[c] + 2]++;
-    for (uint32_t v = 2; v < m->vertex_count + 2; v++) first[v] += first[v - 1];
-    for (uint32_t c = 0; c < m->corner_count; c++) item[first[m->corner[c] + 1]++] = c;
+    uint32_t *first, *item = qw_group(env, m->corner, m->corner_count, m->vertex_count, &first);
     for (uint32_t c = 0; c < m->corner_count; c++) {
         uint32_t from = vertex[m->corner[qw_atlas_next(m, c)]], end = vertex[m->corner[c]];
         to[c] = QW_NONE;

@@ -2,6 +2,7 @@
 
 #include "base/constants.h"
 #include "base/elementary.h"
+#include "base/groups.h"
 
 #include <assert.h>
 #include <math.h>
@@ -183,14 +184,11 @@ static void gather(qw_env *env, gathered *g)
     const qw_polygon_fans *p = g->p;
     g->next = QW_NEW(env, uint32_t, p->corner_count), g->prev = QW_NEW(env, uint32_t, p->corner_count);
     g->face = QW_NEW(env, dvec, p->corner_count), g->weighted = QW_NEW(env, dvec, p->corner_count);
-    g->begin = QW_NEW_ZERO(env, uint32_t, p->vertex_count + (size_t)2), g->at = QW_NEW(env, uint32_t, p->corner_count);
+    g->at = qw_group(env, p->corner, p->corner_count, p->vertex_count, &g->begin);
     g->leader = QW_NEW(env, uint32_t, p->corner_count);
     for (uint32_t f = 0, first = 0; f < p->face_count; first += p->face_size[f++])
         take_polygon(g, first, p->face_size[f]);
-    for (uint32_t c = 0; c < p->corner_count; c++) g->begin[p->corner[c] + 2]++, g->leader[c] = c;
-    for (uint32_t v = 0; v < p->vertex_count; v++) g->begin[v + 2] += g->begin[v + 1];
-    for (uint32_t c = 0; c < p->corner_count; c++)
-        g->at[g->begin[p->corner[c] + 1]++] = c; /* begin[v] then is where v begins */
+    for (uint32_t c = 0; c < p->corner_count; c++) g->leader[c] = c;
 }
 
 float *qw_polygon_shading_normals(qw_env *env, const qw_polygon_fans *polygons, bool split)

@@ -1,6 +1,7 @@
 #include "products/bake/bake_surface.h"
 
 #include "base/elementary.h"
+#include "base/groups.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -51,11 +52,7 @@ static void find_some_normals(void *user, uint32_t begin, uint32_t end)
 static void find_normals(qw_env *env, qw_look *l)
 {
     const qw_trimesh *m = &l->source->mesh;
-    uint32_t *first = QW_NEW_ZERO(env, uint32_t, m->vertex_count + (size_t)2);
-    uint32_t *corner = QW_NEW(env, uint32_t, 3 * (size_t)m->face_count);
-    for (size_t h = 0; h < 3 * (size_t)m->face_count; h++) first[m->corner[h] + 2]++;
-    for (uint32_t v = 0; v < m->vertex_count; v++) first[v + 2] += first[v + 1];
-    for (uint32_t h = 0; h < 3 * m->face_count; h++) corner[first[m->corner[h] + 1]++] = h;
+    uint32_t *first, *corner = qw_group(env, m->corner, 3 * m->face_count, m->vertex_count, &first);
     normal_search s = {l, first, corner, QW_NEW(env, float, 3 * (size_t)m->face_count)};
     qw_parallel(env, m->face_count, QW_GRAIN_LIGHT, find_some_angles, &s);
     qw_parallel(env, m->face_count, QW_GRAIN_LIGHT, find_some_normals, &s);

@@ -1,4 +1,5 @@
 #include "products/bake/shading.h"
+#include "base/groups.h"
 
 #include <string.h>
 
@@ -50,24 +51,14 @@ static void shade_faces(void *user, uint32_t begin, uint32_t end)
             shade_triangle(s, (const uint32_t[3]){s->target->begin[f], c, c + 1}, &hint);
 }
 
-/* Half-edges from each vertex: corner[first[v]] .. corner[first[v + 1] - 1], in order. */
-static uint32_t *corners_by_vertex(qw_env *env, const qw_bake_target *t, uint32_t **first)
-{
-    uint32_t vertices = 0, *corner = QW_NEW(env, uint32_t, t->corner_count);
-    for (uint32_t c = 0; c < t->corner_count; c++)
-        if (t->vertex[c] >= vertices) vertices = t->vertex[c] + 1;
-    *first = QW_NEW_ZERO(env, uint32_t, vertices + (size_t)2);
-    for (uint32_t c = 0; c < t->corner_count; c++) (*first)[t->vertex[c] + 2]++;
-    for (uint32_t v = 0; v < vertices; v++) (*first)[v + 2] += (*first)[v + 1];
-    for (uint32_t c = 0; c < t->corner_count; c++) corner[(*first)[t->vertex[c] + 1]++] = c;
-    return corner;
-}
-
 float *qw_shading_of_input(qw_env *env, const qw_bake_target *t, const qw_look *look)
 {
     const float of_use = 0.5f; /* cosine: normals of the input that are farther off than that are not */
     float *normal = QW_NEW(env, float, 3 * (size_t)t->corner_count);
-    uint32_t *first, *corner = corners_by_vertex(env, t, &first);
+    uint32_t vertices = 0, *first;
+    for (uint32_t c = 0; c < t->corner_count; c++)
+        if (t->vertex[c] >= vertices) vertices = t->vertex[c] + 1;
+    uint32_t *corner = qw_group(env, t->vertex, t->corner_count, vertices, &first);
     shader s = {.target = t, .look = look, .part = QW_NEW_ZERO(env, qw_vec3, t->corner_count)};
     qw_parallel(env, t->face_count, 64, shade_faces, &s);
     for (uint32_t c = 0; c < t->corner_count; c++) {

@@ -4,6 +4,7 @@
 #include "base/vec.h"
 #include "geometry/go_back.h"
 #include "geometry/step_search.h"
+#include "base/groups.h"
 
 #include <assert.h>
 #include <math.h>
@@ -271,7 +272,7 @@ void qw_even_circles(qw_env *env, const qw_quadmesh *quads, const qw_held *held)
     easing e = {.quads = quads, .held = held, .before = before};
     e.search = (qw_step_search){quads->corner, NULL, held->place, NULL, NULL, QW_NEW(env, uint8_t, n),
                                 LENGTHS,       &e,   frame_of,    land, NULL, price_of};
-    qw_corners_at_vertices(env, quads, &e.search.begin, &e.search.around);
+    e.search.around = qw_group(env, quads->corner, 4 * quads->face_count, quads->vertex_count, &e.search.begin);
     e.ways = QW_NEW(env, uint8_t, n), e.curves = QW_NEW_ZERO(env, uint8_t, n), e.is_even = QW_NEW(env, uint8_t, n);
     e.end = memset(qw_alloc(env, n, sizeof *e.end), 0, n * sizeof *e.end);
     link_curves(&e);

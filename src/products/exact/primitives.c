@@ -2,6 +2,7 @@
 
 #include "base/constants.h"
 #include "base/sort.h"
+#include "base/groups.h"
 
 #include <assert.h>
 #include <math.h>
@@ -151,11 +152,9 @@ static uint32_t *by_area(qw_env *env, const double *area, uint32_t count)
 static void list_members(finder *f)
 {
     uint32_t n = f->mesh->face_count;
-    f->begin = QW_NEW_ZERO(f->env, uint32_t, (size_t)f->facet_count + 2), f->of = QW_NEW(f->env, uint32_t, n);
+    f->of = qw_group(f->env, f->facet, n, f->facet_count, &f->begin);
     f->facet_area = QW_NEW_ZERO(f->env, double, f->facet_count);
-    for (uint32_t t = 0; t < n; t++) f->begin[f->facet[t] + 2]++, f->facet_area[f->facet[t]] += f->area[t];
-    for (uint32_t i = 0; i < f->facet_count; i++) f->begin[i + 2] += f->begin[i + 1];
-    for (uint32_t t = 0; t < n; t++) f->of[f->begin[f->facet[t] + 1]++] = t;
+    for (uint32_t t = 0; t < n; t++) f->facet_area[f->facet[t]] += f->area[t];
 }
 
 static void list_rims(finder *f)

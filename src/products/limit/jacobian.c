@@ -6,6 +6,7 @@
 
 #include "geometry/step_search.h"
 #include "products/limit/stencils.h"
+#include "base/groups.h"
 
 #include <assert.h>
 #include <math.h>
@@ -120,7 +121,7 @@ uint32_t qw_raise_jacobians(qw_env *env, qw_quadmesh *q, const qw_shape *shape, 
     r.normal = qw_quadmesh_vertex_normals(env, q), r.was_good = QW_NEW(env, uint8_t, q->face_count);
     uint8_t *awake = QW_NEW(env, uint8_t, n), *marks = QW_NEW(env, uint8_t, n);
     qw_step_search search = {q->corner, position, NULL, NULL, NULL, awake, LENGTHS, &r, frame_of, land, NULL, cost_at};
-    qw_corners_at_vertices(env, q, &search.begin, &search.around);
+    search.around = qw_group(env, q->corner, 4 * q->face_count, q->vertex_count, &search.begin);
     uint32_t *list = QW_NEW(env, uint32_t, n), count;
     q->position = position;
     bool any = true;

@@ -2,6 +2,7 @@
 #include "products/render/scene.h"
 
 #include "geometry/triangulate.h"
+#include "base/groups.h"
 
 #include <float.h>
 #include <math.h>
@@ -35,23 +36,11 @@ static qw_vec3 area_vector(const scene *s, uint32_t face)
     return sum;
 }
 
-/* Corners grouped by their vertex. */
-static void group_corners(qw_env *env, const scene *s, uint32_t **begin, uint32_t **grouped)
-{
-    uint32_t vertices = s->mesh->vertex_count, corners = s->edges.corner_count;
-    uint32_t *place = QW_NEW_ZERO(env, uint32_t, (size_t)vertices + 2);
-    *grouped = QW_NEW(env, uint32_t, corners);
-    for (uint32_t c = 0; c < corners; c++) place[s->mesh->corners[c] + 2]++;
-    for (uint32_t v = 0; v < vertices; v++) place[v + 2] += place[v + 1];
-    for (uint32_t c = 0; c < corners; c++) (*grouped)[place[s->mesh->corners[c] + 1]++] = c;
-    *begin = place;
-}
-
 static void find_normals(qw_env *env, scene *s)
 {
-    uint32_t *begin, *grouped;
+    uint32_t *begin;
     qw_scope_begin(env);
-    group_corners(env, s, &begin, &grouped);
+    const uint32_t *grouped = qw_group(env, s->mesh->corners, s->edges.corner_count, s->mesh->vertex_count, &begin);
     qw_vec3 *area = QW_NEW(env, qw_vec3, s->mesh->face_count), *unit = QW_NEW(env, qw_vec3, s->mesh->face_count);
     for (uint32_t f = 0; f < s->mesh->face_count; f++) {
         area[f] = area_vector(s, f);

@@ -1,4 +1,5 @@
 #include "products/wrap/skin_blocks.h"
+#include "base/groups.h"
 
 #include <assert.h>
 #include <string.h>
@@ -27,17 +28,12 @@ static uint32_t block_of(const blocks *b, uint32_t v)
 
 static void sort_items(blocks *b, uint32_t count)
 {
-    b->begin = QW_NEW_ZERO(b->env, uint32_t, (size_t)b->count + 2);
     uint32_t *block = QW_NEW(b->env, uint32_t, count);
     for (uint32_t i = 0; i < count; i++) {
         uint32_t v = b->work->vertex_of(b->work->user, b->guard->skin, i);
         block[i] = v == QW_NONE ? QW_NONE : block_of(b, v);
-        if (block[i] != QW_NONE) b->begin[block[i] + 2]++;
     }
-    for (uint32_t i = 2; i < b->count + 2; i++) b->begin[i] += b->begin[i - 1];
-    b->item = QW_NEW(b->env, uint32_t, b->begin[b->count + 1]);
-    for (uint32_t i = 0; i < count; i++)
-        if (block[i] != QW_NONE) b->item[b->begin[block[i] + 1]++] = i;
+    b->item = qw_group(b->env, block, count, b->count, &b->begin);
     qw_free(b->env, block);
 }
 

@@ -1,4 +1,6 @@
 #include "remesh/field/hierarchy.h"
+#include "base/groups.h"
+#include "remesh/sizes/cells.h"
 
 #include <assert.h>
 #include <string.h>
@@ -14,25 +16,10 @@ typedef struct pairing {
 static void finest_graph(qw_env *env, const qw_trimesh *mesh, qw_level *level)
 {
     assert(mesh->twin && level->vertex_count == mesh->vertex_count);
-    uint32_t n = mesh->vertex_count;
-    uint32_t *begin = QW_NEW_ZERO(env, uint32_t, (size_t)n + 1);
-    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
-        begin[mesh->corner[h] + 1]++;
-        if (mesh->twin[h] == QW_NONE) begin[mesh->corner[qw_next(h)] + 1]++;
-    }
-    for (uint32_t v = 0; v < n; v++) begin[v + 1] += begin[v];
-    level->begin = begin;
-    level->neighbour = QW_NEW(env, uint32_t, begin[n]);
-    level->weight = QW_NEW(env, float, begin[n]);
-    uint32_t *fill = QW_NEW(env, uint32_t, n);
-    memcpy(fill, begin, n * sizeof *fill);
-    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
-        uint32_t u = mesh->corner[h], v = mesh->corner[qw_next(h)];
-        level->neighbour[fill[u]++] = v;
-        if (mesh->twin[h] == QW_NONE) level->neighbour[fill[v]++] = u;
-    }
-    for (uint32_t i = 0; i < begin[n]; i++) level->weight[i] = 1.0f;
-    qw_free(env, fill);
+    qw_cells graph = qw_cells_of_vertices(env, mesh);
+    level->begin = graph.begin, level->neighbour = graph.neighbour;
+    level->weight = QW_NEW(env, float, graph.begin[mesh->vertex_count]);
+    for (uint32_t i = 0; i < graph.begin[mesh->vertex_count]; i++) level->weight[i] = 1.0f;
 }
 
 static void vertex_areas(const qw_trimesh *mesh, float *area)
@@ -49,7 +36,7 @@ static void color_level(qw_env *env, qw_level *level)
 {
     assert(level->begin && level->neighbour);
     uint32_t n = level->vertex_count, colors = 0;
-    uint32_t *color = QW_NEW(env, uint32_t, n), *seen = NULL, *count;
+    uint32_t *color = QW_NEW(env, uint32_t, n), *seen = NULL;
     size_t capacity = 0;
     for (uint32_t v = 0; v < n; v++) {
         uint32_t degree = level->begin[v + 1] - level->begin[v];
@@ -65,15 +52,9 @@ static void color_level(qw_env *env, qw_level *level)
         color[v] = c;
         if (c + 1 > colors) colors = c + 1;
     }
-    count = QW_NEW_ZERO(env, uint32_t, (size_t)colors + 2);
-    for (uint32_t v = 0; v < n; v++) count[color[v] + 1]++;
-    for (uint32_t c = 0; c < colors; c++) count[c + 1] += count[c];
     level->color_count = colors;
-    level->color_begin = QW_NEW(env, uint32_t, (size_t)colors + 1);
-    memcpy(level->color_begin, count, ((size_t)colors + 1) * sizeof *count);
-    level->by_color = QW_NEW(env, uint32_t, n);
-    for (uint32_t v = 0; v < n; v++) level->by_color[count[color[v]]++] = v;
-    qw_free(env, color), qw_free(env, seen), qw_free(env, count);
+    level->by_color = qw_group(env, color, n, colors, &level->color_begin);
+    qw_free(env, color), qw_free(env, seen);
 }
 
 /* Factor of the score of a partner with another feature constraint. */

@@ -23,6 +23,7 @@
 #include "remesh/relax/relax_energy.h"
 #include "remesh/relax/relax_solve.h"
 #include "remesh/quads/wanted.h"
+#include "base/groups.h"
 
 #include <assert.h>
 #include <math.h>
@@ -698,7 +699,7 @@ qw_vec3 *qw_relax_quads(qw_env *env, const qw_quadmesh *quads, const qw_trimesh 
     r.next_energy = QW_NEW(env, float, faces);
     r.sum = QW_NEW_ZERO(env, double, (size_t)qw_block_count(faces, GRAIN) + 1);
     memcpy(r.position, quads->position, n * sizeof *r.position);
-    qw_corners_at_vertices(env, r.quads, &r.begin, &r.around);
+    r.around = qw_group(env, r.quads->corner, 4 * r.quads->face_count, r.quads->vertex_count, &r.begin);
     bool has_lines = target->direction && target->follow > 0;
     const qw_bvh *near = target->near;
     if (has_lines && !near) near = qw_bvh_build(env, target->mesh);

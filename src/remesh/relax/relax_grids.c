@@ -1,4 +1,5 @@
 #include "remesh/relax/relax_grids.h"
+#include "base/groups.h"
 
 #include <assert.h>
 #include <string.h>
@@ -63,15 +64,6 @@ static uint32_t make_groups(grid *g)
     return groups;
 }
 
-static void list_members(qw_env *env, grid *g, uint32_t groups)
-{
-    uint32_t n = g->a.count;
-    g->first = QW_NEW_ZERO(env, uint32_t, (size_t)groups + 2), g->member = QW_NEW(env, uint32_t, n);
-    for (uint32_t v = 0; v < n; v++) g->first[g->group[v] + 2]++;
-    for (uint32_t a = 0; a < groups; a++) g->first[a + 2] += g->first[a + 1];
-    for (uint32_t v = 0; v < n; v++) g->member[g->first[g->group[v] + 1]++] = v;
-}
-
 /* The next grid's pattern, and where the blocks go. */
 static void make_pattern(qw_env *env, grid *g, grid *next, uint32_t groups)
 {
@@ -110,7 +102,7 @@ qw_relax_grids *qw_relax_grids_create(qw_env *env, const qw_relax_matrix *fine)
         l->group = QW_NEW(env, uint32_t, l->a.count);
         uint32_t groups = make_groups(l);
         if (2 * groups > l->a.count) break;
-        list_members(env, l, groups);
+        l->member = qw_group(env, l->group, l->a.count, groups, &l->first);
         make_pattern(env, l, l + 1, groups);
         l->share = qw_alloc(env, l->a.count, sizeof *l->share);
         l[1].axis = qw_alloc(env, groups, sizeof *l[1].axis);

@@ -3,6 +3,7 @@
 #include "base/elementary.h"
 #include "geometry/long_edges.h"
 #include "solve/queue.h"
+#include "base/groups.h"
 
 #include <assert.h>
 #include <math.h>
@@ -88,22 +89,11 @@ static void grow_cells(qw_env *env, const qw_cells *g, const uint32_t *start, ui
     qw_free(env, queue);
 }
 
-/* What lies in each cell, in rising order: those of cell c from (*begin)[c] on. */
-static uint32_t *list_members(qw_env *env, const qw_cells *c, uint32_t items, uint32_t **begin)
-{
-    uint32_t *first = QW_NEW_ZERO(env, uint32_t, (size_t)c->count + 2), *member = QW_NEW(env, uint32_t, items);
-    for (uint32_t v = 0; v < items; v++) first[c->of[v] + 2]++;
-    for (uint32_t a = 0; a < c->count; a++) first[a + 2] += first[a + 1];
-    for (uint32_t v = 0; v < items; v++) member[first[c->of[v] + 1]++] = v;
-    *begin = first;
-    return member;
-}
-
 /* Sets begin, neighbour and step of the cells from what touches in the finer graph. */
 static void link_cells(qw_env *env, const qw_cells *g, qw_cells *c)
 {
-    uint32_t *first, *member = list_members(env, c, g->count, &first), *seen = QW_NEW(env, uint32_t, c->count),
-                     kept = 0;
+    uint32_t *first, *member = qw_group(env, c->of, g->count, c->count, &first),
+                     *seen = QW_NEW(env, uint32_t, c->count), kept = 0;
     double sum = 0;
     memset(seen, 0xff, c->count * sizeof *seen); /* the last cell that was found to touch it */
     c->neighbour = QW_NEW(env, uint32_t, g->begin[g->count]);
