@@ -52,7 +52,7 @@ static void read_numbers(void *user)
     reading *r = user;
     const char *name = qw_path_for_messages(r->env, r->path, "standard input");
     qw_bytes bytes = qw_file_read(r->env, r->path, name);
-    qw_text t = qw_text_open(r->env, name, bytes.at, bytes.size);
+    qw_text t = qw_text_open(r->env, name, bytes, 0);
     r->density = QW_NEW(r->env, qw_density, r->count);
     uint32_t count = 0;
     for (; qw_text_find_line(&t); count++) {

@@ -2,8 +2,6 @@
 
 #include <string.h>
 
-enum { LONGEST_NAME = QW_NEVER_NEAR - 1 };
-
 static unsigned least3(unsigned a, unsigned b, unsigned c) { return a < b ? (a < c ? a : c) : (b < c ? b : c); }
 
 static char plain(char c) { return c >= 'A' && c <= 'Z' ? (char)(c + 32) : c == '-' ? '_' : c; }
@@ -14,8 +12,8 @@ static bool is_same(char a, char b) { return plain(a) == plain(b); }
 static unsigned edit_distance(const char *a, const char *b)
 {
     size_t n = strlen(a), m = strlen(b);
-    unsigned of[LONGEST_NAME + 1][LONGEST_NAME + 1];
-    if (n > LONGEST_NAME || m > LONGEST_NAME) return LONGEST_NAME;
+    unsigned of[QW_NEVER_NEAR][QW_NEVER_NEAR];
+    if (n >= QW_NEVER_NEAR || m >= QW_NEVER_NEAR) return QW_NEVER_NEAR - 1;
     for (size_t i = 0; i <= n; i++)
         for (size_t j = 0; j <= m; j++) {
             if (i == 0 || j == 0) {

@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { MOST_NODES = 8, FLUSH = 1 << 16, MOST_LABELS = 16, MOST_LABEL_NAME = 64, INP_ROW = 12 };
+enum { MOST_NODES = 8, MOST_LABELS = 16, MOST_LABEL_NAME = 64, INP_ROW = 12 };
 
 /* Elements with the same labels. */
 typedef struct part {
@@ -41,12 +41,7 @@ typedef struct elements {
     uint32_t all; /* MSH: the physical group of faces without a label */
 } elements;
 
-static void flush(elements *e, size_t from)
-{
-    if (e->pen.size < from) return;
-    qw_file_put(e->file, e->pen.at, e->pen.size);
-    e->pen.size = 0;
-}
+static void flush(elements *e) { qw_pen_flush(&e->pen, e->file, QW_PEN_FULL); }
 
 /* ---- what there is */
 
@@ -286,8 +281,8 @@ static void put_msh_entities(elements *e, const physical *tags)
 static void put_msh_nodes(elements *e)
 {
     qw_pen_print(&e->pen, "$Nodes\n1 %u 1 %u\n2 1 0 %u\n", e->node_count, e->node_count, e->node_count);
-    for (uint32_t v = 0; v < e->node_count; v++) qw_pen_print(&e->pen, "%u\n", v + 1), flush(e, FLUSH);
-    for (uint32_t v = 0; v < e->node_count; v++) put_point(e, v, " "), qw_pen_text(&e->pen, "\n"), flush(e, FLUSH);
+    for (uint32_t v = 0; v < e->node_count; v++) qw_pen_print(&e->pen, "%u\n", v + 1), flush(e);
+    for (uint32_t v = 0; v < e->node_count; v++) put_point(e, v, " "), qw_pen_text(&e->pen, "\n"), flush(e);
     qw_pen_text(&e->pen, "$EndNodes\n");
 }
 
@@ -310,7 +305,7 @@ static void put_msh_elements(elements *e)
         for (uint32_t i = e->set[s].begin; i < e->set[s].end; i++) {
             qw_pen_print(&e->pen, "%u %u %u", tag++, e->line[i][0] + 1, e->line[i][1] + 1);
             if (e->second_order) qw_pen_print(&e->pen, " %u", e->line[i][2] + 1);
-            qw_pen_text(&e->pen, "\n"), flush(e, FLUSH);
+            qw_pen_text(&e->pen, "\n"), flush(e);
         }
     }
     for (uint32_t p = 0; p < e->parts; p++)
@@ -322,7 +317,7 @@ static void put_msh_elements(elements *e)
                 if (nodes_of(e, e->order[i], node) != corners) continue;
                 qw_pen_print(&e->pen, "%u", tag++);
                 for (uint32_t k = 0; k < corners; k++) qw_pen_print(&e->pen, " %u", node[k] + 1);
-                qw_pen_text(&e->pen, "\n"), flush(e, FLUSH);
+                qw_pen_text(&e->pen, "\n"), flush(e);
             }
         }
     qw_pen_text(&e->pen, "$EndElements\n");
@@ -353,23 +348,22 @@ static void put_vtu_cells(elements *e)
     for (uint32_t i = 0; i < e->count; i++) {
         uint32_t n = nodes_of(e, i, node);
         for (uint32_t k = 0; k < n; k++) qw_pen_print(&e->pen, "%u ", node[k]);
-        qw_pen_text(&e->pen, "\n"), flush(e, FLUSH);
+        qw_pen_text(&e->pen, "\n"), flush(e);
     }
     for (uint32_t i = 0; i < e->lines; i++) {
         qw_pen_print(&e->pen, "%u %u ", e->line[i][0], e->line[i][1]);
         if (e->second_order) qw_pen_print(&e->pen, "%u", e->line[i][2]);
-        qw_pen_text(&e->pen, "\n"), flush(e, FLUSH);
+        qw_pen_text(&e->pen, "\n"), flush(e);
     }
     close_array(e), open_array(e, "Int64", "offsets");
-    for (uint32_t i = 0; i < e->count; i++) qw_pen_print(&e->pen, "%u\n", end += nodes_of(e, i, node)), flush(e, FLUSH);
-    for (uint32_t i = 0; i < e->lines; i++)
-        qw_pen_print(&e->pen, "%u\n", end += e->second_order ? 3 : 2), flush(e, FLUSH);
+    for (uint32_t i = 0; i < e->count; i++) qw_pen_print(&e->pen, "%u\n", end += nodes_of(e, i, node)), flush(e);
+    for (uint32_t i = 0; i < e->lines; i++) qw_pen_print(&e->pen, "%u\n", end += e->second_order ? 3 : 2), flush(e);
     close_array(e), open_array(e, "UInt8", "types");
     for (uint32_t i = 0; i < e->count; i++) {
         uint32_t n = nodes_of(e, i, node);
-        qw_pen_text(&e->pen, n == 8 ? "23\n" : n == 4 ? "9\n" : "5\n"), flush(e, FLUSH);
+        qw_pen_text(&e->pen, n == 8 ? "23\n" : n == 4 ? "9\n" : "5\n"), flush(e);
     }
-    for (uint32_t i = 0; i < e->lines; i++) qw_pen_text(&e->pen, e->second_order ? "21\n" : "3\n"), flush(e, FLUSH);
+    for (uint32_t i = 0; i < e->lines; i++) qw_pen_text(&e->pen, e->second_order ? "21\n" : "3\n"), flush(e);
     close_array(e);
 }
 
@@ -381,7 +375,7 @@ static void put_vtu(elements *e)
     qw_pen_print(&e->pen, "<Piece NumberOfPoints=\"%u\" NumberOfCells=\"%u\">\n<Points>\n", e->node_count,
                  e->count + e->lines);
     qw_pen_text(&e->pen, "<DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">\n");
-    for (uint32_t v = 0; v < e->node_count; v++) put_point(e, v, " "), qw_pen_text(&e->pen, "\n"), flush(e, FLUSH);
+    for (uint32_t v = 0; v < e->node_count; v++) put_point(e, v, " "), qw_pen_text(&e->pen, "\n"), flush(e);
     close_array(e);
     qw_pen_text(&e->pen, "</Points>\n<Cells>\n");
     put_vtu_cells(e);
@@ -392,12 +386,12 @@ static void put_vtu(elements *e)
             if (*c == '"' || *c == '<' || *c == '&' || (unsigned char)*c < ' ') *c = '_';
         open_array(e, "Int32", name);
         for (uint32_t i = 0; i < e->count; i++)
-            qw_pen_print(&e->pen, "%d\n", e->label[k]->labels[face_of(e, i)]), flush(e, FLUSH);
-        for (uint32_t i = 0; i < e->lines; i++) qw_pen_text(&e->pen, "-1\n"), flush(e, FLUSH);
+            qw_pen_print(&e->pen, "%d\n", e->label[k]->labels[face_of(e, i)]), flush(e);
+        for (uint32_t i = 0; i < e->lines; i++) qw_pen_text(&e->pen, "-1\n"), flush(e);
         close_array(e);
     }
     open_array(e, "Int32", "line_set"); /* 0: a face; boundary loops 1, 2, ...; features -1 */
-    for (uint32_t i = 0; i < e->count; i++) qw_pen_text(&e->pen, "0\n"), flush(e, FLUSH);
+    for (uint32_t i = 0; i < e->count; i++) qw_pen_text(&e->pen, "0\n"), flush(e);
     for (uint32_t s = 0; s < e->sets; s++)
         for (uint32_t i = e->set[s].begin; i < e->set[s].end; i++)
             qw_pen_print(&e->pen, "%d\n", e->set[s].is_boundary ? (int)(s + 1) - !e->set[0].is_boundary : -1);
@@ -411,7 +405,7 @@ static void put_inp_number(elements *e, uint32_t number, uint32_t *in_row)
 {
     qw_pen_print(&e->pen, *in_row == 0 ? "%u" : *in_row % INP_ROW == 0 ? ",\n%u" : ", %u", number);
     ++*in_row;
-    flush(e, FLUSH);
+    flush(e);
 }
 
 static void put_inp_sets(elements *e)
@@ -462,7 +456,7 @@ static void put_inp(elements *e)
         qw_pen_print(&e->pen, "%u", v + 1);
         for (size_t k = 0; k < 3; k++)
             qw_pen_text(&e->pen, ", "), put_inp_field(e, e->mesh->positions[3 * (size_t)v + k]);
-        qw_pen_text(&e->pen, "\n"), flush(e, FLUSH);
+        qw_pen_text(&e->pen, "\n"), flush(e);
     }
     for (uint32_t corners = e->second_order ? 8 : 4; corners >= 3; corners -= corners == 8 ? 5 : 1) {
         bool has_begun = false;
@@ -473,7 +467,7 @@ static void put_inp(elements *e)
             has_begun = true;
             qw_pen_print(&e->pen, "%u", i + 1);
             for (uint32_t k = 0; k < corners; k++) qw_pen_print(&e->pen, ", %u", node[k] + 1);
-            qw_pen_text(&e->pen, "\n"), flush(e, FLUSH);
+            qw_pen_text(&e->pen, "\n"), flush(e);
         }
     }
     put_inp_sets(e);
@@ -494,7 +488,7 @@ static void put_bdf_element(elements *e, uint32_t i, uint32_t property)
     uint32_t node[MOST_NODES], n = nodes_of(e, i, node);
     qw_pen_print(&e->pen, "%s%8u%8u", n == 8 ? "CQUAD8  " : n == 4 ? "CQUAD4  " : "CTRIA3  ", i + 1, property);
     for (uint32_t k = 0; k < n; k++) qw_pen_print(&e->pen, k == 6 ? "\n        %8u" : "%8u", node[k] + 1);
-    qw_pen_text(&e->pen, "\n"), flush(e, FLUSH);
+    qw_pen_text(&e->pen, "\n"), flush(e);
 }
 
 /* Properties 1, 2, ... are the parts; what their labels are stands in comments before them. */
@@ -506,7 +500,7 @@ static void put_bdf(elements *e)
         const double *p = e->mesh->positions + 3 * (size_t)v;
         qw_pen_print(&e->pen, "GRID*   %16u%16s", v + 1, "");
         put_wide(e, p[0]), put_wide(e, p[1]);
-        qw_pen_text(&e->pen, "\n*       "), put_wide(e, p[2]), qw_pen_text(&e->pen, "\n"), flush(e, FLUSH);
+        qw_pen_text(&e->pen, "\n*       "), put_wide(e, p[2]), qw_pen_text(&e->pen, "\n"), flush(e);
     }
     for (uint32_t p = 0; p < e->parts; p++) {
         qw_pen_print(&e->pen, "$ property %u", p + 1);
@@ -521,7 +515,7 @@ static void put_bdf(elements *e)
         set_name(e, s, name);
         qw_pen_print(&e->pen, "$ %s: elements %u to %u\n", name, tag, tag + e->set[s].end - e->set[s].begin - 1);
         for (uint32_t i = e->set[s].begin; i < e->set[s].end; i++)
-            qw_pen_print(&e->pen, "PLOTEL  %8u%8u%8u\n", tag++, e->line[i][0] + 1, e->line[i][1] + 1), flush(e, FLUSH);
+            qw_pen_print(&e->pen, "PLOTEL  %8u%8u%8u\n", tag++, e->line[i][0] + 1, e->line[i][1] + 1), flush(e);
     }
     qw_pen_text(&e->pen, "ENDDATA\n");
 }
@@ -537,5 +531,5 @@ void qw_put_elements(qw_env *env, qw_file *file, qw_format format, const qw_mesh
     if (format == QW_FORMAT_VTU) put_vtu(&e);
     if (format == QW_FORMAT_INP) put_inp(&e);
     if (format == QW_FORMAT_BDF) put_bdf(&e);
-    flush(&e, 1);
+    qw_pen_flush(&e.pen, e.file, 1);
 }

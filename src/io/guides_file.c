@@ -136,8 +136,7 @@ qw_guide *qw_read_guides(qw_env *env, const char *path, uint32_t *count)
     const char *name = qw_path_for_messages(env, path, "standard input");
     qw_bytes bytes = qw_file_read(env, path, name);
     if (bytes.size == 0) qw_fail(env, QW_FILE_EMPTY, -1, "%s: the file is empty", name);
-    reading r = {.env = env, .text = qw_text_open(env, name, bytes.at, bytes.size), .kind = QW_GUIDE_LOOP};
-    r.text.comment = '#';
+    reading r = {.env = env, .text = qw_text_open(env, name, bytes, '#'), .kind = QW_GUIDE_LOOP};
     read_statements(&r);
     if (r.lines == 0) qw_fail(env, QW_FORMAT_SYNTAX, -1, "%s: there is no line (l) in the file of guides", name);
     if (r.lines > INT32_MAX || r.numbers > INT32_MAX)

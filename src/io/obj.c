@@ -51,13 +51,6 @@ typedef struct obj {
     int32_t name[QW_OBJ_NAMES]; /* in force */
 } obj;
 
-static qw_text open_text(qw_env *env, const char *name, qw_bytes bytes)
-{
-    qw_text t = qw_text_open(env, name, bytes.at, bytes.size);
-    t.comment = '#';
-    return t;
-}
-
 static void begin_block(obj *o)
 {
     const qw_soup *s = &o->build.soup;
@@ -403,7 +396,7 @@ static void finish_attributes(obj *o, qw_soup *soup, bool is_counted_on)
 qw_soup qw_read_obj(qw_env *env, const char *name, qw_bytes bytes)
 {
     size_t faces = bytes.size / BYTES_A_FACE;
-    obj o = {.text = open_text(env, name, bytes),
+    obj o = {.text = qw_text_open(env, name, bytes, '#'),
              .build = qw_build_begin(env, name, bytes.size / BYTES_A_VERTEX, faces, CORNERS_A_FACE * faces)};
     qw_text *t = &o.text;
     memset(o.name, 0xff, sizeof o.name); /* -1: none yet */
@@ -447,7 +440,7 @@ bool qw_is_obj(qw_env *env, qw_bytes bytes)
 {
     static const char *const known[] = {"v", "vt", "vn", "vp", "f",      "fo",     "l",
                                         "p", "g",  "o",  "s",  "mtllib", "usemtl", "usemap"};
-    qw_text t = open_text(env, "", bytes);
+    qw_text t = qw_text_open(env, "", bytes, '#');
     bool first = true;
     while (qw_text_find_line(&t)) {
         t.continues = has_numbers(&t);

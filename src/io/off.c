@@ -45,13 +45,6 @@ static bool parse_magic(qw_word word, header *h)
     return false;
 }
 
-static qw_text open_text(qw_env *env, const char *name, qw_bytes bytes)
-{
-    qw_text t = qw_text_open(env, name, bytes.at, bytes.size);
-    t.comment = '#';
-    return t;
-}
-
 /* Before anything is allocated: the elements, of so many bytes at least, must fit what is left of the file. */
 static void check_counts(const qw_text *t, const header *h, uint64_t vertex_bytes, uint64_t face_bytes, size_t left)
 {
@@ -289,7 +282,7 @@ static qw_soup read_binary(qw_text *t, qw_bytes bytes, header h)
 
 qw_soup qw_read_off(qw_env *env, const char *name, qw_bytes bytes)
 {
-    qw_text t = open_text(env, name, bytes);
+    qw_text t = qw_text_open(env, name, bytes, '#');
     header h = read_header(&t);
     if (h.binary) return read_binary(&t, bytes, h);
     qw_builder b = qw_build_begin(env, name, (size_t)h.vertices, (size_t)h.faces, (size_t)h.faces * 3);
@@ -305,14 +298,14 @@ qw_soup qw_read_off(qw_env *env, const char *name, qw_bytes bytes)
 
 bool qw_is_off(qw_env *env, qw_bytes bytes)
 {
-    qw_text t = open_text(env, "", bytes);
+    qw_text t = qw_text_open(env, "", bytes, '#');
     header h;
     return qw_text_find_line(&t) && parse_magic(qw_text_word(&t), &h);
 }
 
 bool qw_is_off_bare(qw_env *env, qw_bytes bytes)
 {
-    qw_text t = open_text(env, "", bytes);
+    qw_text t = qw_text_open(env, "", bytes, '#');
     if (!qw_text_find_line(&t)) return false;
     for (int i = 0; i < 3; i++) {
         qw_word word = qw_text_word(&t);

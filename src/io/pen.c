@@ -80,3 +80,10 @@ void qw_pen_align(qw_pen *pen, size_t to, char with)
 {
     while (pen->size % to) qw_pen_put(pen, &with, 1);
 }
+
+void qw_pen_flush(qw_pen *pen, qw_file *file, size_t from)
+{
+    if (pen->size < from) return;
+    qw_file_put(file, pen->at, pen->size);
+    pen->size = 0;
+}

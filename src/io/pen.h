@@ -2,7 +2,7 @@
  * to. */
 #pragma once
 
-#include "base/env.h"
+#include "io/file.h"
 
 typedef struct qw_pen {
     qw_env *env;
@@ -21,4 +21,7 @@ void qw_pen_string(qw_pen *pen, const char *text); /* of JSON, in quotes, as qw_
 void qw_pen_utf8(qw_pen *pen, const char *text, size_t size);
 /* The text so formatted, of at most 255 bytes. */
 void qw_pen_print(qw_pen *pen, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/* Writes what there is, and forgets it, where that is so many bytes or more: QW_PEN_FULL, or 0 at the end. */
+enum { QW_PEN_FULL = 1 << 16 };
+void qw_pen_flush(qw_pen *pen, qw_file *file, size_t from);
 void qw_pen_align(qw_pen *pen, size_t to, char with);

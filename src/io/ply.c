@@ -524,7 +524,7 @@ static void add_attributes(ply *p, qw_soup *s)
 static qw_soup read_ply(qw_env *env, const char *name, qw_bytes bytes, bool points)
 {
     ply p = {.env = env, .name = name, .begin = bytes.at, .vertex_count = -1, .points = points};
-    p.text = qw_text_open(env, name, bytes.at, bytes.size);
+    p.text = qw_text_open(env, name, bytes, 0);
     read_header(&p);
     check_header(&p);
     check_room(&p);

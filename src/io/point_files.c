@@ -260,7 +260,7 @@ static void name_columns(columns *c)
 qw_soup qw_read_xyz(qw_env *env, const char *name, qw_bytes bytes)
 {
     qw_builder b = qw_build_begin(env, name, bytes.size / LINE_BYTES, 0, 0);
-    list l = {.text = qw_text_open(env, name, bytes.at, bytes.size), .columns.of = {0, 1, 2, -1, -1, -1, -1, -1, -1}};
+    list l = {.text = qw_text_open(env, name, bytes, 0), .columns.of = {0, 1, 2, -1, -1, -1, -1, -1, -1}};
     qw_text *t = &l.text;
     t->comment = '#';
     for (; t->at < t->end; qw_text_next_line(t)) {
@@ -433,9 +433,8 @@ static void drop_odd_fields(pcd *p)
 
 qw_soup qw_read_pcd(qw_env *env, const char *name, qw_bytes bytes)
 {
-    pcd p = {.env = env, .text = qw_text_open(env, name, bytes.at, bytes.size), .packed = -1};
+    pcd p = {.env = env, .text = qw_text_open(env, name, bytes, '#'), .packed = -1};
     columns c = {.of = {X, Y, Z, RED, GREEN, BLUE, NORMAL_X, NORMAL_Y, NORMAL_Z}, .width = ROLES};
-    p.text.comment = '#';
     for (int r = 0; r < ROLES; r++) p.of[r] = -1;
     read_pcd_header(&p);
     drop_odd_fields(&p);

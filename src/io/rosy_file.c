@@ -53,9 +53,8 @@ qw_rosy qw_read_rosy(qw_env *env, const char *path)
     qw_rosy r = {0};
     const char *name = qw_path_for_messages(env, path, "standard input");
     qw_bytes bytes = qw_file_read(env, path, name);
-    qw_text t = qw_text_open(env, name, bytes.at, bytes.size);
+    qw_text t = qw_text_open(env, name, bytes, '#');
     if (bytes.size == 0) qw_fail(env, QW_FILE_EMPTY, -1, "%s: the file is empty", name);
-    t.comment = '#';
     find_domain(&t, &r);
     read_header(&t, &r);
     r.direction = QW_NEW(env, float, 3 * (size_t)r.count);

@@ -8,7 +8,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { FLUSH = 1 << 16, CONTEXT = 15, FIRST = 20 };
+enum { CONTEXT = 15, FIRST = 20 };
 
 typedef struct step {
     qw_env *env;
@@ -22,12 +22,7 @@ typedef struct step {
     uint32_t *item;                   /* uint32_t[shells]: solids and surface models */
 } step;
 
-static void flush(step *s, size_t from)
-{
-    if (s->pen.size < from) return;
-    qw_file_put(s->file, s->pen.at, s->pen.size);
-    s->pen.size = 0;
-}
+static void flush(step *s) { qw_pen_flush(&s->pen, s->file, QW_PEN_FULL); }
 
 /* STEP wants a point in every real number. */
 static void put_real(step *s, double x)
@@ -87,17 +82,17 @@ static void put_triple(step *s, const char *what, const double x[3])
 static void put_points(step *s)
 {
     s->points = s->next;
-    for (uint32_t i = 0; i < s->p->point_count; i++, flush(s, FLUSH))
+    for (uint32_t i = 0; i < s->p->point_count; i++, flush(s))
         put_triple(s, "CARTESIAN_POINT", s->p->point + 3 * (size_t)i);
     s->vertices = s->next;
-    for (uint32_t v = 0; v < s->p->vertex_count; v++, flush(s, FLUSH))
+    for (uint32_t v = 0; v < s->p->vertex_count; v++, flush(s))
         qw_pen_print(&s->pen, "#%u=VERTEX_POINT('',#%u);\n", s->next++, s->points + v);
 }
 
 static void put_edges(step *s)
 {
     uint32_t curves = s->next;
-    for (uint32_t e = 0; e < s->p->edge_count; e++, flush(s, FLUSH)) {
+    for (uint32_t e = 0; e < s->p->edge_count; e++, flush(s)) {
         const uint32_t *c = s->p->edge[e];
         qw_pen_print(&s->pen,
                      "#%u=B_SPLINE_CURVE_WITH_KNOTS('',3,(#%u,#%u,#%u,#%u),.UNSPECIFIED.,.F.,.F.,(4,4),(0.,1.),"
@@ -105,7 +100,7 @@ static void put_edges(step *s)
                      s->next++, s->points + c[0], s->points + c[1], s->points + c[2], s->points + c[3]);
     }
     s->edges = s->next;
-    for (uint32_t e = 0; e < s->p->edge_count; e++, flush(s, FLUSH))
+    for (uint32_t e = 0; e < s->p->edge_count; e++, flush(s))
         qw_pen_print(&s->pen, "#%u=EDGE_CURVE('',#%u,#%u,#%u,.T.);\n", s->next++, s->vertices + s->p->edge[e][0],
                      s->vertices + s->p->edge[e][3], curves + e);
 }
@@ -127,8 +122,7 @@ static void put_knot_values(step *s, uint32_t count)
 
 static void put_references(step *s, const uint32_t *point, uint32_t count)
 {
-    for (uint32_t i = 0; i < count; i++, flush(s, FLUSH))
-        qw_pen_print(&s->pen, "%s#%u", i ? "," : "(", s->points + point[i]);
+    for (uint32_t i = 0; i < count; i++, flush(s)) qw_pen_print(&s->pen, "%s#%u", i ? "," : "(", s->points + point[i]);
     qw_pen_text(&s->pen, ")");
 }
 
@@ -175,7 +169,7 @@ static void put_long_edges(step *s)
     const qw_patch_blocks *b = s->p->blocks;
     const qw_patch_faces *o = s->p->faces;
     uint32_t *curve = QW_NEW(s->env, uint32_t, b->edge_count);
-    for (uint32_t e = 0; e < b->edge_count; curve[e++] = s->next - 1, flush(s, FLUSH)) {
+    for (uint32_t e = 0; e < b->edge_count; curve[e++] = s->next - 1, flush(s)) {
         uint32_t first = b->edge_first[e], count = b->edge_first[e + 1] - first;
         if (o && o->arc[e] != QW_NONE) {
             put_circle(s, e, &o->surface[o->arc[e]]);
@@ -188,7 +182,7 @@ static void put_long_edges(step *s)
         qw_pen_text(&s->pen, ",.UNSPECIFIED.);\n");
     }
     s->edges = s->next;
-    for (uint32_t e = 0; e < b->edge_count; e++, flush(s, FLUSH))
+    for (uint32_t e = 0; e < b->edge_count; e++, flush(s))
         qw_pen_print(&s->pen, "#%u=EDGE_CURVE('',#%u,#%u,#%u,.T.);\n", s->next++,
                      s->vertices + b->edge_point[b->edge_first[e]],
                      s->vertices + b->edge_point[b->edge_first[e + 1] - 1], curve[e]);
@@ -205,7 +199,7 @@ static void put_loop(step *s, uint32_t surface, const uint32_t side[4], const ui
     qw_pen_print(&s->pen, "#%u=FACE_OUTER_BOUND('',#%u,.T.);\n#%u=ADVANCED_FACE('',(#%u),#%u,.T.);\n", loop + 1, loop,
                  loop + 2, loop + 1, surface);
     s->next = loop + 3;
-    flush(s, FLUSH);
+    flush(s);
 }
 
 static void put_block(step *s, uint32_t f)
@@ -238,12 +232,11 @@ static void put_joined(step *s, uint32_t p)
     qw_pen_text(&s->pen, ");\n");
     for (uint32_t l = o->loop_first[p]; l < o->loop_first[p + 1]; l++) {
         uint32_t from = s->next;
-        for (uint32_t i = o->side_first[l]; i < o->side_first[l + 1]; i++, flush(s, FLUSH))
+        for (uint32_t i = o->side_first[l]; i < o->side_first[l + 1]; i++, flush(s))
             qw_pen_print(&s->pen, "#%u=ORIENTED_EDGE('',*,*,#%u,%s);\n", s->next++, s->edges + o->side[i] / 2,
                          o->side[i] % 2 ? ".T." : ".F.");
         qw_pen_print(&s->pen, "#%u=EDGE_LOOP('',(", s->next);
-        for (uint32_t i = from; i < s->next; i++, flush(s, FLUSH))
-            qw_pen_print(&s->pen, "%s#%u", i > from ? "," : "", i);
+        for (uint32_t i = from; i < s->next; i++, flush(s)) qw_pen_print(&s->pen, "%s#%u", i > from ? "," : "", i);
         qw_pen_print(&s->pen, "));\n#%u=%s('',#%u,.T.);\n", s->next + 1,
                      l == o->outer[p] ? "FACE_OUTER_BOUND" : "FACE_BOUND", s->next);
         s->bound[l] = s->next + 1, s->next += 2;
@@ -252,7 +245,7 @@ static void put_joined(step *s, uint32_t p)
     for (uint32_t l = o->loop_first[p]; l < o->loop_first[p + 1]; l++)
         qw_pen_print(&s->pen, "%s#%u", l > o->loop_first[p] ? "," : "", s->bound[l]);
     qw_pen_print(&s->pen, "),#%u,%s);\n", surface, on->is_hollow ? ".F." : ".T.");
-    flush(s, FLUSH);
+    flush(s);
 }
 
 /* All blocks, those of a joined face where its own comes; notes the number of each one's face, or 0. */
@@ -302,7 +295,7 @@ static void put_shells(step *s)
             if (face == 0) continue; /* in the face of another */
             qw_pen_print(&s->pen, has_one ? ",#%u" : "#%u", face);
             has_one = true;
-            flush(s, FLUSH);
+            flush(s);
         }
         qw_pen_text(&s->pen, "));\n");
         s->item[c] = s->next++;
@@ -332,7 +325,7 @@ static void put_items(step *s)
             qw_pen_print(&s->pen, i > begin ? ",#%u" : "#%u", (uint32_t)cavity[i]);
         qw_pen_text(&s->pen, has_cavity || !s->p->is_closed[c] ? "));\n" : ");\n");
         s->item[c] = s->next++;
-        flush(s, FLUSH);
+        flush(s);
     }
 }
 
@@ -343,7 +336,7 @@ static void put_representation(step *s)
     qw_pen_print(&s->pen, "#10=%s('',(#11",
                  all_closed ? "ADVANCED_BREP_SHAPE_REPRESENTATION" : "MANIFOLD_SURFACE_SHAPE_REPRESENTATION");
     for (uint32_t c = 0; c < s->p->shell_count; c++)
-        if (s->p->outer[c] == QW_NONE) qw_pen_print(&s->pen, ",#%u", s->item[c]), flush(s, FLUSH);
+        if (s->p->outer[c] == QW_NONE) qw_pen_print(&s->pen, ",#%u", s->item[c]), flush(s);
     qw_pen_print(&s->pen, "),#%d);\nENDSEC;\nEND-ISO-10303-21;\n", CONTEXT);
 }
 
@@ -360,5 +353,5 @@ void qw_put_step(qw_env *env, qw_file *file, const qw_patches *patches)
     put_shells(&s);
     put_items(&s);
     put_representation(&s);
-    flush(&s, 1);
+    qw_pen_flush(&s.pen, s.file, 1);
 }

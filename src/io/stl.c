@@ -141,7 +141,7 @@ static void read_facet(qw_text *t, qw_builder *b, int64_t facet)
 
 qw_soup qw_read_stl_text(qw_env *env, const char *name, qw_bytes bytes)
 {
-    qw_text t = qw_text_open(env, name, bytes.at, bytes.size);
+    qw_text t = qw_text_open(env, name, bytes, 0);
     size_t facets = bytes.size / BYTES_A_FACET;
     qw_builder b = qw_build_begin(env, name, 3 * facets, facets, 3 * facets);
     b.soup.separate_corners = true;
@@ -165,7 +165,7 @@ qw_soup qw_read_stl_text(qw_env *env, const char *name, qw_bytes bytes)
 
 bool qw_is_stl_text(qw_env *env, qw_bytes bytes)
 {
-    qw_text t = qw_text_open(env, "", bytes.at, bytes.size);
+    qw_text t = qw_text_open(env, "", bytes, 0);
     return qw_text_find_line(&t) && qw_word_is_caseless(qw_text_word(&t), "solid");
 }
 

@@ -7,10 +7,11 @@
 
 enum { MESSAGE_SIZE = 256 };
 
-qw_text qw_text_open(qw_env *env, const char *name, const char *bytes, size_t size)
+qw_text qw_text_open(qw_env *env, const char *name, qw_bytes bytes, char comment)
 {
-    qw_text t = {.env = env, .name = name, .at = bytes, .end = bytes + size, .line = 1, .newline = '\n'};
-    if (size >= 3 && memcmp(bytes, "\xef\xbb\xbf", 3) == 0) t.at += 3; /* byte order mark */
+    qw_text t = {.env = env, .name = name, .at = bytes.at, .end = bytes.at + bytes.size};
+    t.line = 1, t.newline = '\n', t.comment = comment;
+    if (bytes.size >= 3 && memcmp(bytes.at, "\xef\xbb\xbf", 3) == 0) t.at += 3; /* byte order mark */
     size_t first = strcspn(t.at, "\r\n");
     if (t.at[first] == '\r' && t.at[first + 1] != '\n') t.newline = '\r';
     return t;

@@ -2,7 +2,7 @@
    Zeros follow the text, so that no loop needs to look for the end. */
 #pragma once
 
-#include "base/env.h"
+#include "io/file.h"
 
 #include <string.h>
 
@@ -21,8 +21,8 @@ typedef struct qw_word { /* not terminated; empty at the end of the line */
     size_t size;
 } qw_word;
 
-/* QW_ZEROS zeros follow. */
-qw_text qw_text_open(qw_env *env, const char *name, const char *bytes, size_t size);
+/* comment: the letter after which the rest of a line is none of it; 0: there is no such letter. */
+qw_text qw_text_open(qw_env *env, const char *name, qw_bytes bytes, char comment);
 
 /* "PATH, line 12: ..." */
 _Noreturn void qw_text_fail(const qw_text *t, qw_status status, int64_t element, const char *format, ...)
