@@ -100,6 +100,28 @@ static void none_is_asked_for(void **state)
     shape_free(&s);
 }
 
+/* A plunger: a cylinder of radius 0.7 that draws together to a rod of radius 0.1. */
+static void at_plunger(double u, double v, double p[3])
+{
+    static const double profile[6][2] = {{0, 0}, {0.7, 0}, {0.7, 0.6}, {0.1, 1}, {0.1, 2.4}, {0, 2.4}};
+    static const int part[5] = {6, 6, 8, 16, 4}; /* of 40 rows */
+    double at = v * 40, a = 2 * PI * u;
+    int k = 0;
+    while (k < 4 && at > part[k]) at -= part[k++];
+    double t = fmin(at / part[k], 1), r = profile[k][0] + t * (profile[k + 1][0] - profile[k][0]);
+    p[0] = r * cos(a), p[1] = r * sin(a), p[2] = profile[k][1] + t * (profile[k + 1][1] - profile[k][1]);
+}
+
+static double length_of(const qw_mesh_view *m, uint32_t a, uint32_t b)
+{
+    double d2 = 0;
+    for (size_t k = 0; k < 3; k++) {
+        double d = m->positions[3 * (size_t)a + k] - m->positions[3 * (size_t)b + k];
+        d2 += d * d;
+    }
+    return sqrt(d2);
+}
+
 /* A plate of 4 x 3 with a round hole of 0.2 at (1.2, 1.1): from its rim to the plate's, which is sampled every 0.25. */
 static void at_plate(double u, double v, double p[3])
 {
@@ -141,10 +163,94 @@ static void rows_on_planes_are_straight(void **state)
     shape_free(&s);
 }
 
+static int compare_numbers(const void *a, const void *b)
+{
+    const double *x = a, *y = b;
+    return *x < *y ? -1 : *x > *y;
+}
+
+static double median_aspect(const qw_mesh_view *m)
+{
+    double *aspect = malloc(m->face_count * sizeof *aspect);
+    for (uint32_t f = 0; f < m->face_count; f++) {
+        const uint32_t *c = m->corners + 4 * (size_t)f;
+        double one = length_of(m, c[0], c[1]) + length_of(m, c[2], c[3]),
+               other = length_of(m, c[1], c[2]) + length_of(m, c[3], c[0]);
+        aspect[f] = fmax(one, other) / fmin(one, other);
+    }
+    qsort(aspect, m->face_count, sizeof *aspect, compare_numbers);
+    double median = aspect[m->face_count / 2];
+    free(aspect);
+    return median;
+}
+
+/* A bottle with a rim, whose neck is a quarter as wide as its body. */
+static void at_bottle(double u, double v, double p[3])
+{
+    static const double height[] = {0, 0, 0.05, 1, 1.15, 1.4, 1.8, 1.82, 1.88, 1.88},
+                        radius[] = {0, 0.4, 0.42, 0.42, 0.35, 0.12, 0.1, 0.13, 0.13, 0};
+    int i = (int)(9 * v + 0.5);
+    p[0] = radius[i] * cos(2 * PI * u), p[1] = radius[i] * sin(2 * PI * u), p[2] = height[i];
+}
+
+/* A goblet: a foot, a stem, and a bowl with a wall. */
+static void at_goblet(double u, double v, double p[3])
+{
+    static const double height[] = {0, 0, 0.03, 0.1, 0.6, 0.75, 1, 1.5, 1.5, 1.03, 0.8, 0.79},
+                        radius[] = {0, 0.5, 0.5, 0.08, 0.06, 0.1, 0.45, 0.55, 0.52, 0.42, 0.06, 0};
+    int i = (int)(11 * v + 0.5);
+    p[0] = radius[i] * cos(2 * PI * u), p[1] = radius[i] * sin(2 * PI * u), p[2] = height[i];
+}
+
+/* Returns how many times as long as wide the median quad is. */
+static double aspect_of(const shape *s, int64_t faces, double adaptive)
+{
+    qw_mesh_view view = shape_view(s), quads;
+    qw_options options;
+    qw_result *result;
+    qw_topology topology;
+    qw_quality quality;
+    qw_options_init(&options);
+    options.faces = faces, options.adaptive = adaptive;
+    assert_int_equal(qw_remesh(&view, &options, NULL, &result), QW_OK);
+    quads = qw_result_mesh(result);
+    assert_int_equal(qw_measure(&quads, NULL, NULL, &topology, &quality), QW_OK);
+    double aspect = median_aspect(&quads);
+    assert_true(topology.irregular <= 20);
+    qw_result_destroy(result);
+    return aspect;
+}
+
+static void expect_square(const shape *s, int64_t faces, double adaptive)
+{
+    double aspect = aspect_of(s, faces, adaptive);
+    if (aspect > 1.7) fail_msg("%g times as long as wide at %d quads", aspect, (int)faces);
+}
+
+/* Were all rows around the wide part to run along the rod as well, quads would be five times as long as wide. */
+static void rows_end_where_the_girth_changes(void **state)
+{
+    (void)state;
+    static const int64_t counts[] = {150, 300, 1000};
+    shape s = shape_of_sheet(&(shape_sheet){48, 40, true, false, false, at_plunger});
+    for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) expect_square(&s, counts[i], 0);
+    shape_free(&s);
+    s = shape_of_sheet(&(shape_sheet){48, 9, true, false, false, at_bottle});
+    for (size_t i = 1; i < sizeof counts / sizeof *counts; i++) expect_square(&s, counts[i], 0.5);
+    shape_free(&s);
+    s = shape_of_sheet(&(shape_sheet){48, 11, true, false, false, at_goblet});
+    double sum = 0;
+    for (int64_t faces = 100; faces < 150; faces += 10) sum += aspect_of(&s, faces, 0.5) / 5;
+    for (int64_t faces = 200; faces < 250; faces += 10) expect_square(&s, faces, 0.5);
+    assert_true(sum < 1.65);
+    shape_free(&s);
+}
+
 QW_TEST_SUITE(follow)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(capsules_have_rings), cmocka_unit_test(none_is_asked_for),
                                        cmocka_unit_test(rows_on_planes_are_straight),
-                                       cmocka_unit_test(chamfered_prisms_have_eight_cones)};
+                                       cmocka_unit_test(chamfered_prisms_have_eight_cones),
+                                       cmocka_unit_test(rows_end_where_the_girth_changes)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -7,6 +7,7 @@
 #include "base/constants.h"
 #include "base/promise.h"
 #include "remesh/field/alignment.h"
+#include "remesh/field/girth.h"
 #include "remesh/field/curvature_diffusion.h"
 #include "remesh/field/plane_directions.h"
 #include "paper/multiresolution.h"
@@ -32,6 +33,13 @@ static const double MUCH_SQUEEZED = 0.25;
    the quads at most, and half as long in the mean. */
 static const double MEAN_OFFSET = 2;
 
+/* Rows are let end where the logarithms of their widths differ by this, as a root of a mean square, and where that
+   makes it less than this share; on surfaces of so many cones at most. */
+static const double MOST_WIDE = 0.25, LESS_WIDE = 0.88;
+enum { FEW_CONES = 24 };
+/* See lessen: a tenth is a slope of 6 degrees. */
+static const float TILTS[] = {0.1f, 0.02f, 0.005f}, LEAST_CLEAR = 0.12f;
+
 /* Directions that the caller asks for take the place of those of the shape, which may be NULL. */
 static qw_vec3 *with_asked(qw_env *env, qw_vec3 *of_shape, const qw_vec3 *asked, uint32_t count)
 {
@@ -45,6 +53,64 @@ static void free_hierarchy(qw_env *env, qw_hierarchy *h)
 {
     qw_hierarchy_free(env, h);
     qw_free(env, h);
+}
+
+/* Triangles around which the crosses turn by a quarter or more. */
+static uint32_t count_cones(const qw_trimesh *mesh, const qw_vec3 *normal, const qw_vec3 *orientation)
+{
+    uint32_t count = 0;
+    for (uint32_t f = 0; f < mesh->face_count; f++) {
+        unsigned turns = 0;
+        for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
+            uint32_t u = mesh->corner[h], v = mesh->corner[qw_next(h)];
+            qw_match m = qw_match_crosses(orientation[u], normal[u], orientation[v], normal[v]);
+            turns += m.kv + 4u - m.ku;
+        }
+        count += (turns & 3u) != 0;
+    }
+    return count;
+}
+
+/* The directions count for less where rows that follow them get wider or narrower: `tilt` is by how much of their way
+   there they do, as seen from the axis that the surface goes around, when they count half. */
+static qw_vec3 *lessen(const qw_run_state *run, const float *slope, float tilt)
+{
+    uint32_t n = run->working.mesh.vertex_count;
+    qw_vec3 *less = QW_NEW(run->env, qw_vec3, n);
+    for (uint32_t v = 0; v < n; v++) {
+        float bend = fmaxf(qw_length(run->alignment[v]), LEAST_CLEAR), /* about the curvature, in 1 / rho */
+            t = slope[v] * (float)run->rho / (tilt * bend);
+        less[v] = qw_scale(run->alignment[v], 1 / (1 + t * t));
+    }
+    return less;
+}
+
+/* Along the lines of a turned part all rows run into its neck. Where a field of few cones has rows of very different
+   width for that, other ones are tried that follow the shape less where its girth changes, so that rows may end there.
+   Surfaces of many cones have them where they need them. */
+static void let_rows_end(qw_run_state *run, const qw_hierarchy *hierarchy, const float *turn, const qw_vec3 *asked)
+{
+    qw_env *env = run->env;
+    const qw_trimesh *mesh = &run->working.mesh;
+    uint32_t cones = count_cones(mesh, run->normal, run->orientation);
+    bool is_ring = cones == 0 && run->surface_census.boundary_loops == 0; /* as even as a ring can be */
+    if (!run->alignment || asked || is_ring || cones > FEW_CONES || !qw_uses(env, QW_MECH_ROWS_END)) return;
+    float *slope = QW_NEW(env, float, mesh->vertex_count), *other = QW_NEW(env, float, mesh->vertex_count);
+    const float *size = run->working.target;
+    double spread = qw_girth_spread(env, mesh, run->normal, run->orientation, size, slope), least = LESS_WIDE * spread;
+    qw_vec3 *orientation = run->orientation, *alignment = run->alignment;
+    for (size_t i = 0; i < sizeof TILTS / sizeof *TILTS && spread > MOST_WIDE; i++) {
+        qw_vec3 *less = lessen(run, slope, TILTS[i]);
+        qw_vec3 *o = qw_orientation_field(env, hierarchy, turn, less, (float)run->options.follow, NULL,
+                                          (uint64_t)run->options.seed);
+        double now = qw_girth_spread(env, mesh, run->normal, o, size, other);
+        qw_log(env, QW_LOG_DEBUG, "width of rows: %.3f, with less of the shape %.3f", spread, now);
+        qw_acted(env, QW_MECH_ROWS_END, 1);
+        if (now < least && count_cones(mesh, run->normal, o) >= cones) least = now, orientation = o, alignment = less;
+    }
+    qw_kept(env, QW_MECH_ROWS_END, orientation != run->orientation);
+    run->orientation = orientation, run->alignment = alignment;
+    qw_free(env, slope), qw_free(env, other);
 }
 
 /* The cross at each vertex, by diffused curvature, along the surface and what was asked for. */
@@ -67,6 +133,7 @@ void qw_stage_ORIENTATION(qw_run_state *run)
     if (asked) run->alignment = with_asked(env, run->alignment, asked, mesh->vertex_count);
     run->orientation = qw_orientation_field(env, hierarchy, turn, run->alignment, (float)run->options.follow, asked,
                                             (uint64_t)run->options.seed);
+    let_rows_end(run, hierarchy, turn, asked);
     if (run->alignment && qw_uses(env, QW_MECH_PLANES))
         qw_direct_planes(env, mesh, run->normal, run->orientation, run->alignment);
     qw_free(env, asked), qw_free(env, turn), qw_free(env, radius);
