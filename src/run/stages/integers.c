@@ -87,14 +87,16 @@ static qw_vec3 *lessen(const qw_run_state *run, const float *slope, float tilt)
 
 /* Along the lines of a turned part all rows run into its neck. Where a field of few cones has rows of very different
    width for that, other ones are tried that follow the shape less where its girth changes, so that rows may end there.
-   Surfaces of many cones have them where they need them. */
+   Surfaces of many cones have them where they need them; around handles rows come home only if they follow the shape.
+ */
 static void let_rows_end(qw_run_state *run, const qw_hierarchy *hierarchy, const float *turn, const qw_vec3 *asked)
 {
     qw_env *env = run->env;
     const qw_trimesh *mesh = &run->working.mesh;
     uint32_t cones = count_cones(mesh, run->normal, run->orientation);
-    bool is_ring = cones == 0 && run->surface_census.boundary_loops == 0; /* as even as a ring can be */
-    if (!run->alignment || asked || is_ring || cones > FEW_CONES || !qw_uses(env, QW_MECH_ROWS_END)) return;
+    const qw_census *whole = &run->whole.census;
+    bool has_handles = whole->components > (whole->euler + whole->boundary_loops) / 2;
+    if (!run->alignment || asked || has_handles || cones > FEW_CONES || !qw_uses(env, QW_MECH_ROWS_END)) return;
     float *slope = QW_NEW(env, float, mesh->vertex_count), *other = QW_NEW(env, float, mesh->vertex_count);
     const float *size = run->working.target;
     double spread = qw_girth_spread(env, mesh, run->normal, run->orientation, size, slope), least = LESS_WIDE * spread;
