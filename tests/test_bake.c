@@ -921,13 +921,14 @@ static void read_statements(void *user)
 {
     static const char mtl[] =
         "newmtl a\nKd 0 0 0\nmap_Kd -s 3 2 1 -o .25 .1 0 -clamp on bake there.png\nTr 0.25\n"
-        "newmtl b\nMAP_KD bake there.png\nkd 0 0 0\nd 0.5\nTr 0.125\nmap_d -imfchan g bake there.png\n"
+        "newmtl b\nMAP_KD bake there.png\nkd 0 0 0\nd 0.5\nTr 0.125\nmap_d -imfchan g \"bake there.png\"\n"
         "newmtl c\nKd 0.5\nmap_Bump -bm 0.3 bake there.png\n";
     static const char *const names[] = {"a", "b", "c"};
     qw_env *env = ((job *)user)->env;
     put_file(QW_BINARY_DIR "/bake there.png", "x", 1);
     put_file(QW_BINARY_DIR "/bake_words.mtl", mtl, sizeof mtl - 1);
-    qw_material_list list = qw_mtl_materials(env, QW_BINARY_DIR "/x.obj", "bake_words.mtl\nbake_none.mtl", names, 3);
+    qw_material_list list = qw_mtl_materials(env, QW_BINARY_DIR "/x.obj", "\"bake_words.mtl\"\nbake_none.mtl", names,
+                                             3);
     const qw_material *m = list.material;
     assert_float_equal(m[0].color[0], 1, 0);
     assert_float_equal(m[0].color[3], 0.75, 1e-6);

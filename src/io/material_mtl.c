@@ -25,11 +25,14 @@ static char *copy(qw_env *env, const char *text, size_t size)
     return to;
 }
 
+/* The path of a file that is named in another one, which some write in quotation marks. */
 static char *beside(const mtl *m, const char *name)
 {
-    size_t a = name[0] == '/' ? 0 : strlen(m->folder), b = strlen(name);
-    char *path = QW_NEW(m->env, char, a + b + 1);
-    memcpy(path, m->folder, a), memcpy(path + a, name, b + 1);
+    size_t b = strlen(name);
+    if (b > 1 && name[0] == '"' && name[b - 1] == '"') name++, b -= 2;
+    size_t a = name[0] == '/' ? 0 : strlen(m->folder);
+    char *path = QW_NEW_ZERO(m->env, char, a + b + 1);
+    memcpy(path, m->folder, a), memcpy(path + a, name, b);
     for (char *c = path + a; *c; c++)
         if (*c == '\\') *c = '/';
     return path;
