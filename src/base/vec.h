@@ -63,6 +63,14 @@ static inline qw_vec3 qw_cross(qw_vec3 a, qw_vec3 b)
 static inline float qw_length2(qw_vec3 a) { return qw_dot(a, a); }
 static inline float qw_length(qw_vec3 a) { return sqrtf(qw_dot(a, a)); }
 static inline float qw_distance(qw_vec3 a, qw_vec3 b) { return qw_length(qw_sub(a, b)); }
+/* The squared distance of p to the segment from a to b. */
+static inline float qw_distance2_to_segment(qw_vec3 p, qw_vec3 a, qw_vec3 b)
+{
+    qw_vec3 along = qw_sub(b, a);
+    float length2 = qw_length2(along), t = length2 > 0 ? qw_dot(qw_sub(p, a), along) / length2 : 0;
+    t = t < 0 ? 0 : t > 1 ? 1 : t;
+    return qw_length2(qw_sub(p, qw_madd(a, t, along)));
+}
 /* Unit vector along a, or zero where a is too short to have a direction. */
 static inline qw_vec3 qw_normalize(qw_vec3 a)
 {

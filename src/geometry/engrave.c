@@ -175,8 +175,8 @@ static void add_link(graver *g, uint32_t u, uint32_t w)
     g->links++;
 }
 
-/* Adds a chain of edges from u to w to the links, folds: by way of a fold of the surface that lies in the direction of
-   `up`. Returns false where the plane leads elsewhere. */
+/* Adds a chain of edges from u to w to the links. Where the surface folds between them, `up` is the way to the fold.
+   Returns false where the plane leads elsewhere. */
 static bool walk(graver *g, uint32_t u, uint32_t w, qw_vec3 up, bool folds)
 {
     assert(u < g->e.vertex_count && w < g->e.vertex_count);
@@ -216,8 +216,8 @@ static stop stop_at(graver *g, qw_vec3 p, const qw_vec3 *normal)
     return (stop){.vertex = vertex_at(g, &hit), .point = p, .normal = normal[hit.face]};
 }
 
-/* In a plane that stands on the surface as at both stops, or as at one of them; folds: in the plane in which the line
-   came, as the surface folds back like the corner of a mouth. */
+/* In a plane that stands on the surface as at both stops, or as at one of them. Where the surface may fold back between
+   them, as at the corner of a mouth, also in the plane in which the line came. */
 static bool walk_between(graver *g, const stop *from, stop *to, bool folds)
 {
     to->came = qw_normalize(qw_sub(at(g, to->vertex), at(g, from->vertex)));
@@ -249,8 +249,8 @@ static bool draw_in(graver *g, uint32_t pieces, bool folds, const stop *from, st
         if (!walk_between(g, &now, &next, folds)) return false;
         now = next;
     }
-    *to = now;
     if (!has_links(g)) return false;
+    to->came = now.came;
     for (size_t i = 0; i < g->links; i++) mark_edge(g, qw_edit_between(&g->e, g->chain[2 * i], g->chain[2 * i + 1]));
     return true;
 }

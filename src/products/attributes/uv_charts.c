@@ -80,14 +80,6 @@ typedef struct around {
     float radius2;
 } around;
 
-static float distance2_to_edge(const qw_trimesh *mesh, uint32_t h, qw_vec3 p)
-{
-    qw_vec3 a = mesh->position[mesh->corner[h]], along = qw_sub(mesh->position[mesh->corner[qw_next(h)]], a);
-    float length2 = qw_length2(along), t = length2 > 0 ? qw_dot(qw_sub(p, a), along) / length2 : 0;
-    t = t < 0 ? 0 : t > 1 ? 1 : t;
-    return qw_length2(qw_sub(p, qw_madd(a, t, along)));
-}
-
 static void stamp(around *a, uint32_t t, uint32_t side)
 {
     a->stamp[t] = a->current, a->side[t] = side, a->list[a->count++] = t;
@@ -104,7 +96,9 @@ static uint32_t side_of(around *a, uint32_t t)
         for (uint32_t h = 3 * a->list[at]; h < 3 * a->list[at] + 3; h++) {
             uint32_t next = a->charts->across[h];
             if (next == QW_NONE || a->stamp[next] == a->current) continue;
-            if (distance2_to_edge(&a->source->mesh, h, a->middle) <= a->radius2) stamp(a, next, side);
+            const qw_trimesh *m = &a->source->mesh;
+            qw_vec3 p = m->position[m->corner[h]], q = m->position[m->corner[qw_next(h)]];
+            if (qw_distance2_to_segment(a->middle, p, q) <= a->radius2) stamp(a, next, side);
         }
     return side;
 }

@@ -382,16 +382,10 @@ static void draw_in(const search *s, neck *n, int step)
     memcpy(n->point, moved, sizeof moved);
 }
 
-static float distance2_to(const qw_trimesh *m, uint32_t h, qw_vec3 point)
-{
-    qw_vec3 from = m->position[m->corner[h]], way = qw_edge_way(m, h);
-    float t = qw_dot(qw_sub(point, from), way) / fmaxf(qw_length2(way), 1e-30f);
-    return qw_length2(qw_sub(point, qw_madd(from, fminf(fmaxf(t, 0), 1), way)));
-}
-
-/* Whether something marked is as near as this to a point of a curve, and what lies between is too. */
+/* Whether a marked face can be reached from a point of a curve across edges that are as near as this to the point. */
 static bool is_beside(search *s, const neck *n, int point, float near)
 {
+    const qw_trimesh *m = s->mesh;
     uint32_t deep = 0;
     s->walk++;
     s->flood[deep++] = n->face[point], s->stamp[n->face[point]] = s->walk;
@@ -399,9 +393,10 @@ static bool is_beside(search *s, const neck *n, int point, float near)
         uint32_t f = s->flood[--deep];
         if (s->is_marked[f]) return true;
         for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
-            uint32_t t = s->mesh->twin[h];
+            uint32_t t = m->twin[h];
             if (t == QW_NONE || s->stamp[t / 3] == s->walk) continue;
-            if (distance2_to(s->mesh, h, n->point[point]) > near * near) continue;
+            qw_vec3 a = m->position[m->corner[h]], b = m->position[m->corner[qw_next(h)]];
+            if (qw_distance2_to_segment(n->point[point], a, b) > near * near) continue;
             s->stamp[t / 3] = s->walk, s->flood[deep++] = t / 3;
         }
     }

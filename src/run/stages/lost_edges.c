@@ -72,13 +72,6 @@ static void find_lost(segments *s, const qw_quadmesh *quads, double edge)
     }
 }
 
-static float distance2_to(const segments *s, qw_vec3 p, uint32_t i)
-{
-    qw_vec3 a = end_of(s, i, false), d = qw_sub(end_of(s, i, true), a);
-    float t = fminf(fmaxf(qw_dot(qw_sub(p, a), d) / fmaxf(qw_length2(d), 1e-30f), 0), 1);
-    return qw_length2(qw_sub(p, qw_madd(a, t, d)));
-}
-
 /* The narrowest place at what is lost; INFINITY where there is none, or too much to look at. */
 static double narrowest(segments *s)
 {
@@ -92,7 +85,7 @@ static double narrowest(segments *s)
         for (uint32_t i = 0; i < s->count; i++) {
             uint32_t other = g->arc_of[s->half[i]];
             if (other == own || qw_arcs_share_node(g, own, other)) continue;
-            float d2 = distance2_to(s, s->lost[k], i);
+            float d2 = qw_distance2_to_segment(s->lost[k], end_of(s, i, false), end_of(s, i, true));
             if ((double)d2 < least * least) least = sqrt((double)d2);
         }
     }
