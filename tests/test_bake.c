@@ -276,6 +276,13 @@ static void read_others(void *user)
     }
     assert_null(qw_read_picture(env, (qw_bytes){"\xabKTX 20\xbb\r\n\x1a\n........", 20}, &why).pixels);
     assert_non_null(strstr(why, "KTX2"));
+    assert_null(qw_read_picture(env,
+                                (qw_bytes){"\0\0\0\x1c"
+                                           "ftypavif........",
+                                           20},
+                                &why)
+                    .pixels);
+    assert_non_null(strstr(why, "AVIF"));
 }
 static void other_pictures(void **state)
 {
@@ -922,7 +929,7 @@ static void read_statements(void *user)
     static const char mtl[] =
         "newmtl a\nKd 0 0 0\nmap_Kd -s 3 2 1 -o .25 .1 0 -clamp on bake there.png\nTr 0.25\n"
         "newmtl b\nMAP_KD bake there.png\nkd 0 0 0\nd 0.5\nTr 0.125\nmap_d -imfchan g \"bake there.png\"\n"
-        "newmtl c\nKd 0.5\nmap_Bump -bm 0.3 bake there.png\n";
+        "newmtl c\nKd 0.5\nmap_Bump -bm 0.3 bake there.png\nmap_ks bake_gone.png\nRefl -type sphere bake_gone.png\n";
     static const char *const names[] = {"a", "b", "c"};
     qw_env *env = ((job *)user)->env;
     put_file(QW_BINARY_DIR "/bake there.png", "x", 1);
@@ -945,9 +952,9 @@ static void read_statements(void *user)
     assert_float_equal(m[2].color[2], 0.5, 0);
     assert_int_equal(m[2].normal_map.image, QW_NONE);
     assert_int_equal(list.image_count, 1);
-    assert_int_equal(list.note_count, 2);
-    assert_non_null(strstr(list.note[0], "map_Bump"));
-    assert_non_null(strstr(list.note[1], "bake_none.mtl"));
+    assert_int_equal(list.note_count, 4);
+    static const char *const left_out[] = {"map_Bump", "map_Ks", "refl", "bake_none.mtl"};
+    for (int i = 0; i < 4; i++) assert_non_null(strstr(list.note[i], left_out[i]));
 }
 static void statements_of_mtl(void **state)
 {

@@ -158,6 +158,10 @@ static const map_row map_rows[] = {
     {"map_Pr", offsetof(qw_material, roughness_map)}, {"map_Pm", offsetof(qw_material, metallic_map)},
     {"map_Ke", offsetof(qw_material, emission_map)},  {"norm", offsetof(qw_material, normal_map)}};
 
+/* What is left out; first heights. */
+enum { HEIGHTS = 3 };
+static const char *const other_maps[] = {"map_Bump", "bump", "disp", "map_Ks", "map_Ka", "map_Ns", "decal", "refl"};
+
 /* Whatever letters are capitals. */
 static bool reads(const char *word, const char *name)
 {
@@ -212,9 +216,10 @@ static void take_line(mtl *m, char *word, char *value)
         if (c[0] == 0 && c[1] == 0 && c[2] == 0) m->now->color[0] = m->now->color[1] = m->now->color[2] = 1;
         m->has_picture = true;
     }
-    if (reads(word, "map_Bump") || reads(word, "bump"))
-        qw_note_material(m->env, &m->list, "material \"%.40s\": %s is left out, as heights have no unit; norm is read",
-                         m->now->name, word);
+    for (size_t i = 0; i < sizeof other_maps / sizeof *other_maps; i++)
+        if (reads(word, other_maps[i]))
+            qw_note_material(m->env, &m->list, "%s of materials is left out, as %s", other_maps[i],
+                             i < HEIGHTS ? "heights have no unit; norm is read" : "maps have no place for it");
     for (size_t i = 0; i < sizeof map_rows / sizeof *map_rows; i++)
         if (reads(word, map_rows[i].word)) take_map(m, value, (qw_texture *)(void *)((char *)m->now + map_rows[i].at));
     const float *e = m->now->emission;

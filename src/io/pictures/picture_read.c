@@ -78,14 +78,24 @@ static bool is_jpeg(qw_bytes b) { return b.size >= 4 && memcmp(b.at, "\xff\xd8",
 static const char *stranger(qw_bytes b)
 {
     static const struct {
+        size_t at, size;
         const char *magic, *why;
-        size_t size;
-    } row[] = {{"\xabKTX 20", "it is KTX2, which is not read", 7}, {"DDS ", "it is DDS, which is not read", 4},
-               {"II*\0", "it is TIFF, which is not read", 4},      {"MM\0*", "it is TIFF, which is not read", 4},
-               {"GIF8", "it is GIF, which is not read", 4},        {"#?RADIANCE", "it is HDR, which is not read", 10},
-               {"8BPS", "it is PSD, which is not read", 4}};
+    } row[] = {{0, 7, "\xabKTX 20", "it is KTX2, which is not read"},
+               {0, 7, "\xabKTX 11", "it is KTX, which is not read"},
+               {0, 4, "DDS ", "it is DDS, which is not read"},
+               {0, 4, "II*\0", "it is TIFF, which is not read"},
+               {0, 4, "MM\0*", "it is TIFF, which is not read"},
+               {0, 4, "GIF8", "it is GIF, which is not read"},
+               {0, 10, "#?RADIANCE", "it is HDR, which is not read"},
+               {0, 4, "8BPS", "it is PSD, which is not read"},
+               {0, 4, "\x76\x2f\x31\x01", "it is EXR, which is not read"},
+               {4, 7, "ftypavi", "it is AVIF, which is not read"},
+               {4, 7, "ftyphei", "it is HEIC, which is not read"},
+               {4, 4, "jP  ", "it is JPEG 2000, which is not read"},
+               {4, 4, "JXL ", "it is JPEG XL, which is not read"}};
     for (size_t i = 0; i < sizeof row / sizeof *row; i++)
-        if (b.size >= row[i].size && memcmp(b.at, row[i].magic, row[i].size) == 0) return row[i].why;
+        if (b.size >= row[i].at + row[i].size && memcmp(b.at + row[i].at, row[i].magic, row[i].size) == 0)
+            return row[i].why;
     return NULL;
 }
 
