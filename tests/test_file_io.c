@@ -416,6 +416,29 @@ static void test_full_device(void **state)
     assert_true(stat("/dev/null", &info) == 0 && S_ISCHR(info.st_mode));
 }
 
+/* Single precision has steps of a half at five millions, and ends at 3.4e38. */
+static void test_stl_tells_corners_apart(void **state)
+{
+    static const uint32_t sizes[] = {4}, corners[] = {0, 1, 2, 3};
+    static const double far[] = {0, 5e6, 5e6, 4e38}, side[] = {0.2, 0.2, 2, 1};
+    char path[1024];
+    in_folder(path, "far.stl");
+    for (int i = 0; i < 4; i++) {
+        double x = far[i], y = x + side[i];
+        const double positions[12] = {x, 0, 0, y, 0, 0, y, 1, 0, x, 1, 0};
+        qw_mesh_view mesh = {.size = sizeof mesh,
+                             .vertex_count = 4,
+                             .face_count = 1,
+                             .positions = positions,
+                             .face_sizes = sizes,
+                             .corners = corners};
+        bool holds = i == 0 || i == 2;
+        expect(&(job){.env = *state, .path = path, .mesh = &mesh}, holds ? QW_OK : QW_UNSUPPORTED, holds ? "" : "PLY");
+        assert_int_equal(access(path, F_OK), holds ? 0 : -1);
+        if (holds) unlink(path);
+    }
+}
+
 /* A limit on the size of files stands in for a full disk. */
 static void test_failing_write_leaves_nothing(void **state)
 {
@@ -694,6 +717,7 @@ QW_TEST_SUITE(file_io)
         FILES_TEST(test_round_trip),
         FILES_TEST(test_large_round_trip),
         FILES_TEST(test_threads_change_no_byte),
+        FILES_TEST(test_stl_tells_corners_apart),
         FILES_TEST(test_text_forms),
         FILES_TEST(test_refused_formats),
         FILES_TEST(test_unwritable),

@@ -13,6 +13,7 @@
 #include "io/formats.h"
 #include "io/text.h"
 
+#include <float.h>
 #include <inttypes.h>
 #include <math.h>
 #include <string.h>
@@ -196,6 +197,17 @@ static void put_facet(qw_file *file, const double *const p[3])
     qw_file_put(file, bytes, sizeof bytes);
 }
 
+/* Whether two corners, which are apart, are one in single precision, or beyond it. */
+static bool merge(const double *a, const double *b)
+{
+    bool are_one = true, were_one = true, are_there = true;
+    for (int k = 0; k < 3; k++) {
+        are_one &= (float)a[k] == (float)b[k], were_one &= a[k] == b[k];
+        are_there &= fabs(a[k]) <= (double)FLT_MAX;
+    }
+    return !are_there || (are_one && !were_one);
+}
+
 void qw_put_stl(qw_env *env, qw_file *file, const qw_mesh_view *mesh)
 {
     char header[HEADER_SIZE] = "quads of Quadwright, each in two";
@@ -214,6 +226,13 @@ void qw_put_stl(qw_env *env, qw_file *file, const qw_mesh_view *mesh)
             const double *p[3];
             const uint32_t index[3] = {first, (first + i) % size, (first + i + 1) % size};
             for (int k = 0; k < 3; k++) p[k] = mesh->positions + 3 * (size_t)corner[index[k]];
+            for (int k = 0; k < 3; k++)
+                if (merge(p[k], p[(k + 1) % 3]))
+                    qw_fail(
+                        env, QW_UNSUPPORTED, f,
+                        "STL has single precision, which does not tell the corners of face %u apart where they lie: "
+                        "write PLY or OBJ",
+                        f);
             put_facet(file, p);
         }
         corner += size;
