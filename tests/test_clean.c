@@ -337,7 +337,7 @@ static void other_junctions_stay(void **state)
 typedef struct layer {
     double low[2], high[2], height, bend;
     int n[2], along;
-    bool is_turned, other_diagonal;
+    bool is_turned, other_diagonal, is_saddle;
 } layer;
 
 static void add_layer(const layer *l)
@@ -349,7 +349,7 @@ static void add_layer(const layer *l)
             double c[3] = {l->low[0] + (l->high[0] - l->low[0]) * i / l->n[0],
                            l->low[1] + (l->high[1] - l->low[1]) * j / l->n[1], l->height},
                    x[3] = {0};
-            c[2] += l->bend * c[l->along] * c[l->along];
+            c[2] += l->bend * c[l->along] * c[l->is_saddle ? 1 - l->along : l->along];
             for (int k = 0; k < 9; k++) x[k % 3] += c[k / 3] * axis[k / 3][k % 3];
             vertex(x[0], x[1], x[2]);
         }
@@ -372,7 +372,7 @@ static void double_layers_stay_apart(void **state)
     static const double gap[] = {0, 0, 1e-7, -3e-8};
     uint64_t random = 73;
     for (int round = 0; round < 100; round++) {
-        layer a = {{0, 0}, {2, 1.5}, 0, 0, {0, 0}, 0, false, false}, b;
+        layer a = {.high = {2, 1.5}}, b;
         start();
         a.n[0] = 4 + (int)(random_bits(&random) % 8), a.n[1] = 3 + (int)(random_bits(&random) % 8);
         a.along = (int)(random_bits(&random) % 2), a.bend = (double)(random_bits(&random) % 3) * 0.03;
@@ -391,6 +391,19 @@ static void double_layers_stay_apart(void **state)
         assert_int_equal(r.clean.mesh.face_count, s.faces);
         qw_env_destroy(r.env);
     }
+}
+
+/* Saddles cut along other diagonals have all of their rim in common, as the sides of a thin body do, but vertices
+   within too. */
+static void saddles_that_meet_within_stay_apart(void **state)
+{
+    (void)state;
+    layer a = {.high = {1, 1}, .bend = 0.05, .n = {5, 3}, .is_saddle = true}, b = a;
+    b.is_turned = b.other_diagonal = true;
+    start();
+    add_layer(&a), add_layer(&b);
+    run r = clean(2, 2, 2);
+    qw_env_destroy(r.env);
 }
 
 static void open_fan_and_bow_tie(void **state)
@@ -1020,6 +1033,7 @@ QW_TEST_SUITE(clean)
         cmocka_unit_test(other_junctions_stay),
         cmocka_unit_test(far_faces_do_no_harm),
         cmocka_unit_test(double_layers_stay_apart),
+        cmocka_unit_test(saddles_that_meet_within_stay_apart),
         cmocka_unit_test(open_fan_and_bow_tie),
         cmocka_unit_test(three_faces_on_an_edge),
         cmocka_unit_test(cubes_that_share_an_edge),

@@ -6,6 +6,7 @@
 #include "base/sort.h"
 #include "base/vec.h"
 #include "geometry/trimesh.h"
+#include "geometry/weld.h"
 
 #include <assert.h>
 #include <string.h>
@@ -51,9 +52,12 @@ bool qw_stay_apart(const qw_sheets *s, uint32_t a, uint32_t b)
 static const qw_fold_limits curved_rim = {0.985, 0.985};
 static const double MOST = 0.75;
 
-/* Of two sheets of the file: how long they meet, and fold back there. */
+enum { MOST_SIDES = 32 }; /* edges with more are no rims */
+
+/* Of two sheets of the file: how long their rims meet, and fold back there, and whether they meet within, too. */
 typedef struct meeting {
     double length, curved, same;
+    bool within;
 } meeting;
 
 typedef struct layering {
@@ -85,7 +89,6 @@ static void meet(qw_env *env, layering *w, uint32_t a, uint32_t b)
 
 static void visit_meetings(qw_env *env, layering *w, const qw_edges *edges)
 {
-    enum { MOST_SIDES = 32 };
     for (uint32_t v = 0; v < w->sheets->vertex_count; v++)
         for (uint32_t i = edges->begin[v], end; i < edges->begin[v + 1]; i = end) {
             end = qw_edge_end(edges, i, edges->begin[v + 1]);
@@ -96,11 +99,46 @@ static void visit_meetings(qw_env *env, layering *w, const qw_edges *edges)
         }
 }
 
-/* Two sheets that close a body between them, without a rim that is left, may do so as thinly as they like. */
+static bool fold_back(const meeting *m) { return m->curved > MOST * m->length; }
+
+/* Two sheets that close a body between them, without a rim that is left, may do so as thinly as they like, unless they
+   meet within. */
 static bool are_layers(const layering *w, uint64_t pair, const meeting *m)
 {
     bool open = w->open[pair >> 32] || w->open[(uint32_t)pair];
-    return m->curved > MOST * m->length && (open || m->same > (1 - MOST) * m->length);
+    return fold_back(m) && (open || m->within || m->same > (1 - MOST) * m->length);
+}
+
+/* How many of the sides of an edge are of the sheet of a. */
+static uint32_t sides_of_sheet(const qw_sheets *s, const uint64_t *side, uint32_t count, uint32_t a)
+{
+    uint32_t sides = 0;
+    for (uint32_t i = 0; i < count; i++) sides += s->sheet[qw_side_half(side[i]) / 3] == a;
+    return sides;
+}
+
+/* Finds which pairs have an edge in one place that is a rim of neither; what is within has not been joined. */
+static void find_within(qw_env *env, layering *w)
+{
+    const qw_sheets *s = w->sheets;
+    size_t half_edges = 3 * (size_t)s->face_count;
+    uint32_t *joined = QW_NEW(env, uint32_t, half_edges);
+    memcpy(joined, s->corner, half_edges * sizeof *joined);
+    qw_weld_equal(env, s->position, s->vertex_count, NULL, joined, s->face_count);
+    qw_edges edges = qw_edges_build(env, 3, joined, s->face_count, s->vertex_count);
+    for (uint32_t v = 0; v < s->vertex_count; v++)
+        for (uint32_t i = edges.begin[v], end; i < edges.begin[v + 1]; i = end) {
+            end = qw_edge_end(&edges, i, edges.begin[v + 1]);
+            for (uint32_t k = i + 1; k < end && end - i > 3 && end - i <= MOST_SIDES; k++) {
+                uint32_t a = s->sheet[qw_side_half(edges.side[i]) / 3], b = s->sheet[qw_side_half(edges.side[k]) / 3];
+                size_t at = qw_first_not_below(w->pair, w->pairs, qw_pair_key(a, b));
+                if (at < w->pairs && w->pair[at] == qw_pair_key(a, b) &&
+                    sides_of_sheet(s, edges.side + i, end - i, a) > 1 &&
+                    sides_of_sheet(s, edges.side + i, end - i, b) > 1)
+                    w->of[at].within = true;
+            }
+        }
+    qw_edges_free(env, &edges);
 }
 
 void qw_find_double_layers(qw_env *env, qw_sheets *s, const qw_edges *edges)
@@ -118,6 +156,9 @@ void qw_find_double_layers(qw_env *env, qw_sheets *s, const qw_edges *edges)
     w.pairs = qw_sort_once(w.pair, w.pairs);
     w.of = QW_NEW_ZERO(env, meeting, w.pairs);
     visit_meetings(env, &w, edges);
+    bool folded = false;
+    for (size_t i = 0; i < w.pairs; i++) folded |= fold_back(&w.of[i]);
+    if (folded) find_within(env, &w);
     for (size_t i = 0; i < w.pairs; i++)
         if (are_layers(&w, w.pair[i], &w.of[i])) w.pair[s->layers++] = w.pair[i];
     s->layered = w.pair;
