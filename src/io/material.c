@@ -304,5 +304,10 @@ qw_material_list qw_gltf_materials(qw_env *env, const qw_gltf_rest *rest, const 
         if (is_wanted[i]) read_image(&r, i);
     if (list_items(&r, "animations").count > 0)
         qw_note_material(env, &r.list, "the animations of the input are not in the asset");
+    uint32_t all = qw_json_member(&r.json, 0, "extensions"), key = all + 1;
+    for (uint32_t i = 0; qw_json_has_kind(&r.json, all, QW_JSON_OBJECT) && i < r.json.token[all].count; i++) {
+        qw_note_material(env, &r.list, "%.60s of the input is not in the asset", qw_json_string(&r.json, key));
+        key = r.json.token[key + 1].next;
+    }
     return r.list;
 }
