@@ -445,6 +445,60 @@ static void normals_of_a_sphere(void **state)
     protect(bake_cap);
 }
 
+/* ---- occlusion on a floor beside a wall: of rays that are as many as their cosines ask for, those meet it that leave
+   the floor's unit circle beyond its share of the reach */
+
+static void bake_beside_wall(void *user)
+{
+    enum { TEXELS = 64 };
+    qw_env *env = ((job *)user)->env;
+    static const qw_vec3 place[6] = {{0, -1, 0}, {1, -1, 0}, {1, 1, 0}, {0, 1, 0}, {0, -1, 1}, {0, 1, 1}};
+    static const uint32_t corners[12] = {0, 1, 2, 0, 2, 3, 4, 0, 3, 4, 3, 5};
+    qw_vec3 position[6], normal[4], square[4] = {{0, 0, 0}, {0.3f, 0, 0}, {0.3f, 0.3f, 0}, {0, 0.3f, 0}};
+    uint32_t corner[12], face[4] = {0};
+    memcpy(position, place, sizeof place), memcpy(corner, corners, sizeof corner);
+    qw_trimesh mesh = {.vertex_count = 6, .face_count = 4, .position = position, .corner = corner};
+    for (uint32_t f = 0; f < 4; f++) normal[f] = qw_normalize(qw_face_cross(&mesh, f));
+    const qw_clean_input input = {.vertex_count = 6, .face_count = 4, .corner = corner};
+    qw_source source = {.input = &input,
+                        .mesh = mesh,
+                        .face = face,
+                        .normal = normal,
+                        .bvh = qw_bvh_build(env, &mesh),
+                        .corner = corner};
+    const qw_material_list none = {0};
+    qw_look look = qw_begin_look(env, &source, NULL, 0, false, &none, NULL);
+    static const uint32_t begin[2] = {0, 4}, vertex[4] = {0, 1, 2, 3}, twin[4] = {QW_NONE, QW_NONE, QW_NONE, QW_NONE};
+    static const float up[12] = {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1}, uv[8] = {0, 0, 1, 0, 1, 1, 0, 1};
+    qw_bake_target target = {.corner_count = 4,
+                             .face_count = 1,
+                             .begin = begin,
+                             .vertex = vertex,
+                             .twin = twin,
+                             .place = square,
+                             .aim = up,
+                             .normal = up,
+                             .uv = uv};
+    qw_bake_target_begin(env, &target);
+    float far = qw_bake_target_cage(env, &target, &source, 0.01f);
+    for (uint32_t samples = 1; samples < 4; samples++) {
+        qw_maps maps = qw_bake_maps(env, &target, &look, 1 << QW_MAP_OCCLUSION, 1, TEXELS, samples, 4, far);
+        double sum = 0, most = 0;
+        for (uint32_t i = 0; i < TEXELS * TEXELS; i++) {
+            double k = (i % TEXELS + 0.5) / TEXELS * 0.3 / 0.25,
+                   open = k < 1 ? (acos(k) - k * sqrt(1 - k * k)) / acos(-1) : 0;
+            double off = fabs(pixel(&maps.picture[QW_MAP_OCCLUSION], i, 0) / 255.0 - (1 - open));
+            sum += off, most = off > most ? off : most;
+        }
+        assert_true(sum / (TEXELS * TEXELS) < 0.012 && most < 0.1);
+    }
+}
+static void occlusion_beside_a_wall(void **state)
+{
+    (void)state;
+    protect(bake_beside_wall);
+}
+
 /* ---- shading normals */
 
 /* Two quads that meet at a right angle: a sharp edge has a normal on either side, a ring one. */
@@ -1094,6 +1148,7 @@ QW_TEST_SUITE(bake)
         cmocka_unit_test(webp_is_read),
         cmocka_unit_test(hostile_webp_is_refused),
         cmocka_unit_test(normals_of_a_sphere),
+        cmocka_unit_test(occlusion_beside_a_wall),
         cmocka_unit_test(tips_face_up),
         cmocka_unit_test(rings_are_smooth),
         cmocka_unit_test(constant_color),

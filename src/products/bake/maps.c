@@ -135,9 +135,12 @@ static void add_sample(visit *v, int lane, const qw_sight *s, const qw_seen *see
 {
     const baker *b = v->b;
     uint32_t i = (v->y[lane] - v->y0) * TILE + v->x[lane] - v->x0;
-    uint64_t chance = ((uint64_t)v->y[lane] << 32 | v->x[lane]) * 64 + v->s[lane];
-    uint32_t halves = b->samples > 1 ? 2 : 1,
-             half = (v->s[lane] % b->samples + v->s[lane] / b->samples) % halves; /* of the rays */
+    /* samples of 3 x 2 have the rays of one spiral */
+    uint32_t parts = b->samples > 1 ? QW_OPEN_RAYS / 4 : 1, across = parts > 1 ? 3 : 1, down = parts / across;
+    uint32_t x = v->x[lane] * b->samples + v->s[lane] % b->samples,
+             y = v->y[lane] * b->samples + v->s[lane] / b->samples;
+    uint64_t chance = (uint64_t)(y / down) << 32 | x / across;
+    uint32_t part = x % across + across * (y % down);
     if (s->triangle == QW_NONE) {
         v->sums->sum[i][6] += 1, v->sums->missed[i] = 1;
         return;
@@ -159,7 +162,7 @@ static void add_sample(visit *v, int lane, const qw_sight *s, const qw_seen *see
                            s->height};
     if (b->maps >> QW_MAP_OCCLUSION & 1)
         value[13] = qw_openness(b->look->source->bvh, &b->rays, s->point, b->look->source->normal[s->triangle], 1e-5f,
-                                (double)(qw_mix(chance) >> 11) * 0x1p-53, OCCLUSION_REACH, s->triangle, half, halves);
+                                (double)(qw_mix(chance) >> 11) * 0x1p-53, OCCLUSION_REACH, s->triangle, part, parts);
     for (int k = 0; k < VALUES; k++) v->sums->sum[i][k] += value[k];
     v->sums->missed[i] |= s->is_missed;
 }
@@ -303,6 +306,42 @@ static void bake_all(qw_env *env, baker *b, uint32_t count)
         qw_parallel(env, count - b->begin < part ? count - b->begin : part, GRAIN, bake_tiles, b);
     }
     qw_progress_work(env, AFTER);
+}
+
+typedef struct smoothing {
+    const baker *b;
+    const uint8_t *covered;
+    uint8_t *pixels;
+    const uint8_t *before; /* uint8_t[texels][texels] */
+} smoothing;
+
+static void smooth_rows(void *user, uint32_t begin, uint32_t end)
+{
+    const smoothing *m = user;
+    uint32_t n = m->b->texels;
+    for (uint32_t y = begin; y < end; y++)
+        for (uint32_t x = 0; x < n; x++) {
+            uint32_t sum = 0, count = 0;
+            for (uint32_t i = y - (y > 0); i <= y + 1 && i < n; i++)
+                for (uint32_t k = x - (x > 0); k <= x + 1 && k < n; k++)
+                    if (m->covered[(size_t)i * n + k]) sum += m->before[(size_t)i * n + k], count++;
+            if (m->covered[(size_t)y * n + x]) m->pixels[(size_t)y * n + x] = (uint8_t)((sum + count / 2) / count);
+        }
+}
+
+/* Few rays leave noise, which the texels around take away. */
+static void smooth_occlusion(qw_env *env, const baker *b)
+{
+    enum { ROWS = 16 };
+    size_t size = (size_t)b->texels * b->texels;
+    if (!(b->maps >> QW_MAP_OCCLUSION & 1)) return;
+    uint8_t *before = QW_NEW(env, uint8_t, size);
+    for (uint32_t i = 0; i < b->tiles; i++) {
+        smoothing m = {b, b->covered + size * i, b->made->picture[i * QW_MAP_COUNT + QW_MAP_OCCLUSION].pixels, before};
+        memcpy(before, m.pixels, size);
+        qw_parallel(env, b->texels, ROWS, smooth_rows, &m);
+    }
+    qw_free(env, before);
 }
 
 /* ---- how far the maps are from the input */
@@ -452,6 +491,7 @@ qw_maps qw_bake_maps(qw_env *env, const qw_bake_target *target, const qw_look *l
     b.missed = QW_NEW(env, uint32_t, count);
     sort_triangles(env, &b);
     bake_all(env, &b, count);
+    smooth_occlusion(env, &b);
     for (uint32_t i = 0; i < count; i++) made.missed += b.missed[i];
     for (size_t i = 0; i < (size_t)texels * texels * tiles; i++) made.texels += b.covered[i];
     for (uint32_t i = 0; i < tiles; i++)
