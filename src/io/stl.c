@@ -197,15 +197,17 @@ static void put_facet(qw_file *file, const double *const p[3])
     qw_file_put(file, bytes, sizeof bytes);
 }
 
-/* Whether two corners, which are apart, are one in single precision, or beyond it. */
-static bool merge(const double *a, const double *b)
+/* Whether a facet in single precision is no longer what it was: corners move by more than a share of its shortest side,
+   or lie beyond. */
+static bool is_lost(const double *const p[3])
 {
-    bool are_one = true, were_one = true, are_there = true;
-    for (int k = 0; k < 3; k++) {
-        are_one &= (float)a[k] == (float)b[k], were_one &= a[k] == b[k];
-        are_there &= fabs(a[k]) <= (double)FLT_MAX;
+    static const double MOST = 0.25;
+    double moved = 0, side = INFINITY;
+    for (int i = 0; i < 3; i++) {
+        side = fmin(side, squared_distance(p[i], p[(i + 1) % 3]));
+        for (int k = 0; k < 3; k++) moved = fmax(moved, fabs(p[i][k] - (double)(float)p[i][k]));
     }
-    return !are_there || (are_one && !were_one);
+    return moved > (double)FLT_MAX || (side > 0 && moved * moved > MOST * MOST * side);
 }
 
 void qw_put_stl(qw_env *env, qw_file *file, const qw_mesh_view *mesh)
@@ -226,10 +228,8 @@ void qw_put_stl(qw_env *env, qw_file *file, const qw_mesh_view *mesh)
             const double *p[3];
             const uint32_t index[3] = {first, (first + i) % size, (first + i + 1) % size};
             for (int k = 0; k < 3; k++) p[k] = mesh->positions + 3 * (size_t)corner[index[k]];
-            for (int k = 0; k < 3; k++)
-                if (merge(p[k], p[(k + 1) % 3]))
-                    qw_fail(
-                        env, QW_UNSUPPORTED, f,
+            if (is_lost(p))
+                qw_fail(env, QW_UNSUPPORTED, f,
                         "STL has single precision, which does not tell the corners of face %u apart where they lie: "
                         "write PLY or OBJ",
                         f);
