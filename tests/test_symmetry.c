@@ -754,7 +754,33 @@ static void small_holes_stay(void **state)
     shape_free(&s);
 }
 
-/* Two balls whose cuts coincide, point for point, are not welded; with one across the plane and a pair off it. */
+/* Each component is as wide as before, no matter what crosses it at the plane. */
+static void expect_widths(const qw_mesh_view *m, double width)
+{
+    uint32_t *label = malloc(m->vertex_count * sizeof *label);
+    double *low = malloc(m->vertex_count * sizeof *low), *high = malloc(m->vertex_count * sizeof *high);
+    for (uint32_t v = 0; v < m->vertex_count; v++) label[v] = v, low[v] = INFINITY, high[v] = -INFINITY;
+    for (bool again = true; again;) {
+        again = false;
+        for (uint32_t h = 0; h < 4 * m->face_count; h++) {
+            uint32_t *a = &label[m->corners[h]], *b = &label[m->corners[h ^ 1u]], *c = &label[m->corners[h ^ 2u]];
+            uint32_t least = *a < *b ? *a : *b;
+            least = least < *c ? least : *c;
+            again |= *a != least || *b != least || *c != least;
+            *a = *b = *c = least;
+        }
+    }
+    for (uint32_t v = 0; v < m->vertex_count; v++) {
+        double x = m->positions[3 * (size_t)v];
+        low[label[v]] = fmin(low[label[v]], x), high[label[v]] = fmax(high[label[v]], x);
+    }
+    for (uint32_t v = 0; v < m->vertex_count; v++)
+        if (label[v] == v && fabs(high[v] - low[v] - width) > 0.1 * width) fail_msg("from %g to %g", low[v], high[v]);
+    free(label), free(low), free(high);
+}
+
+/* Two balls whose cuts coincide, point for point, are neither welded nor sewn to one another; with one across the
+   plane and a pair off it. */
 static void components_stay_apart(void **state)
 {
     (void)state;
@@ -776,7 +802,27 @@ static void components_stay_apart(void **state)
     assert_int_equal(p.lost_vertices, 0);
     uint32_t *twin = find_reflections(&quads, 0);
     expect_mirrored_quads(&quads, twin);
+    expect_widths(&quads, 2);
     free(twin), qw_result_destroy(result), shape_free(&all);
+}
+
+/* The smallest such pair, with the plane given and found. */
+static void crossing_twins_stay_themselves(void **state)
+{
+    (void)state;
+    qw_mesh *mesh;
+    assert_int_equal(qw_load(QW_TEST_DATA "/regress/crossing_twins.obj", NULL, &mesh), QW_OK);
+    for (int i = 0; i < 2; i++) {
+        qw_options o = asking(400, i ? QW_SYMMETRY_ANY : QW_SYMMETRY_X);
+        qw_mesh_view view = qw_mesh_get(mesh), quads;
+        qw_result *result;
+        assert_int_equal(qw_remesh(&view, &o, NULL, &result), QW_OK);
+        quads = qw_result_mesh(result);
+        assert_int_equal(qw_result_report(result)->symmetric, 1);
+        expect_widths(&quads, 2);
+        qw_result_destroy(result);
+    }
+    qw_mesh_destroy(mesh);
 }
 
 /* The body, two balls that are twins, and a badge on one side: a ball too, or a box. */
@@ -1094,6 +1140,7 @@ QW_TEST_SUITE(symmetry)
         cmocka_unit_test(it_can_be_cancelled),
         cmocka_unit_test(small_holes_stay),
         cmocka_unit_test(components_stay_apart),
+        cmocka_unit_test(crossing_twins_stay_themselves),
         cmocka_unit_test(surfaces_without_two_sides),
         cmocka_unit_test(a_plane_that_touches_an_edge),
         cmocka_unit_test(tiny_coordinates),

@@ -19,7 +19,7 @@ typedef struct cut {
     /* uint32_t[3 mesh->face_count]: number of the cut's vertex on an edge, at one of its half-edges */
     uint32_t *on_edge;
     const double *position;
-    const uint8_t *single; /* uint8_t[mesh->vertex_count], or NULL */
+    const uint8_t *kind; /* uint8_t[mesh->vertex_count], or NULL */
 } cut;
 
 /* Length of an edge as the largest difference of two coordinates: squares could overflow. */
@@ -106,7 +106,7 @@ static void lift_contacts(cut *c)
     qw_free(c->env, outgoing), qw_free(c->env, contact);
 }
 
-static bool is_single(const cut *c, uint32_t v) { return c->single && c->single[v]; }
+static bool is_single(const cut *c, uint32_t v) { return c->kind && c->kind[v] == QW_SINGLE; }
 
 /* Twice the area of the triangle, and that of its part above the plane. */
 static double area_of(const cut *c, uint32_t f, double *above)
@@ -126,7 +126,8 @@ static double area_of(const cut *c, uint32_t f, double *above)
 }
 
 /* Reverses heights if the side below the plane has the larger area (EQUAL_AREAS), so that the larger side is kept.
-   Single components stay, on whichever side they are; with the other side none does. */
+   Single components stay, on whichever side they are, and those that are kept; with the other side none does, but
+   those that are left out then. */
 static void choose_side(cut *c, bool other)
 {
     double all = 0, above = 0, part;
@@ -135,7 +136,9 @@ static void choose_side(cut *c, bool other)
     bool reverses = (above < all * (0.5 - EQUAL_AREAS / 2)) != other;
     for (uint32_t v = 0; v < c->mesh->vertex_count; v++) {
         if (reverses) c->height[v] = -c->height[v];
-        if (is_single(c, v)) c->height[v] = fabs(c->height[v]) * (other ? -1 : 1);
+        if (!c->kind || c->kind[v] == QW_IS_CUT) continue;
+        double up = is_single(c, v) ? fabs(c->height[v]) : 1; /* what is not cut may lie on the plane */
+        c->height[v] = (c->kind[v] == QW_LEFT_OUT) == other ? up : -up;
     }
 }
 
@@ -244,11 +247,11 @@ static void count_whole(cut *c)
 }
 
 qw_half qw_cut_half(qw_env *env, const qw_trimesh *mesh, const double *position, const qw_mirror_plane *plane,
-                    const uint8_t *single, bool other)
+                    const uint8_t *kind, bool other)
 {
     assert(mesh->face_count > 0 && mesh->twin);
     size_t sides = 3 * (size_t)mesh->face_count;
-    cut c = {.env = env, .mesh = mesh, .position = position, .single = single, .half.plane = *plane};
+    cut c = {.env = env, .mesh = mesh, .position = position, .kind = kind, .half.plane = *plane};
     c.half.position = QW_NEW(env, double,
                              3 * (mesh->vertex_count + sides)); /* at most one vertex is added for each edge */
     c.half.origin = QW_NEW(env, qw_half_vertex, mesh->vertex_count + sides);

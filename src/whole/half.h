@@ -24,13 +24,17 @@ typedef struct qw_half {
     uint64_t *topology;     /* uint64_t[whole.components]: as of qw_list_topologies, of the same */
 } qw_half;
 
+/* How a component lies at the plane: it is cut; it lies off it and has no twin on its other side: it belongs to the
+   half whichever side it is on, and is not reflected; of two that cross the plane and are reflections of one another,
+   not of themselves, one belongs to the half whole, and the other is left out. */
+enum { QW_IS_CUT, QW_SINGLE, QW_KEPT_WHOLE, QW_LEFT_OUT };
+
 /* The side of the larger area; between equal ones that which the normal points to; `other`: the other of the two,
-   without the components that are not reflected. mesh: linked, oriented; position: double[vertex_count][3] of its
-   vertices, in the plane's coordinates. single: uint8_t[vertex_count], 1 at the vertices of components off the plane
-   that have no twin on its other side: they belong to the half whichever side they are on, and are not reflected; NULL:
-   none. A half without faces where all lie in the plane. In the current scope. */
+   without the components that are not reflected and with those left out for those kept. mesh: linked, oriented;
+   position: double[vertex_count][3] of its vertices, in the plane's coordinates. kind: uint8_t[vertex_count], of each
+   vertex' component; NULL: all are cut. A half without faces where all lie in the plane. In the current scope. */
 qw_half qw_cut_half(qw_env *env, const qw_trimesh *mesh, const double *position, const qw_mirror_plane *plane,
-                    const uint8_t *single, bool other);
+                    const uint8_t *kind, bool other);
 
 /* Quads of a half together with their reflection. */
 typedef struct qw_mirrored {

@@ -69,7 +69,7 @@ static void report_plane(qw_report *report, const qw_mirror_search *found, bool 
 
 /* ---- components without a twin */
 
-/* The clean surface and the components of it that lie off the plane. */
+/* The clean surface and its components. */
 typedef struct twins {
     const qw_run_state *run;
     const qw_mirror_plane *plane;
@@ -77,6 +77,7 @@ typedef struct twins {
     uint32_t components;
     double *low, *high; /* double[components]: least and largest height above the plane */
     double *extent;     /* double[components]: the longest side of the box, in the frame */
+    uint32_t *mate;     /* uint32_t[components]: one that lies at the reflection of each that crosses the plane */
     uint32_t *samples, *found;
 } twins;
 
@@ -110,9 +111,9 @@ static void measure_components(twins *t)
     qw_free(env, box);
 }
 
-/* The faces of the components off the plane, with the positions of all vertices in the frame. *face: the face of the
-   clean surface that each is. */
-static qw_trimesh off_plane(const twins *t, uint32_t **face)
+/* The faces of the components off the plane, or of those that cross it, with the positions of all vertices in the
+   frame. *face: the face of the clean surface that each is. */
+static qw_trimesh faces_of(const twins *t, bool off_plane, uint32_t **face)
 {
     const qw_trimesh *m = &t->run->whole.clean.mesh;
     qw_env *env = t->run->env;
@@ -123,65 +124,75 @@ static qw_trimesh off_plane(const twins *t, uint32_t **face)
     off.position = position, off.corner = QW_NEW(env, uint32_t, 3 * (size_t)m->face_count);
     *face = QW_NEW(env, uint32_t, m->face_count);
     for (uint32_t f = 0; f < m->face_count; f++) {
-        if (!is_off(t, t->run->whole.census.component[f])) continue;
+        if (is_off(t, t->run->whole.census.component[f]) != off_plane) continue;
         (*face)[off.face_count] = f;
         memcpy(off.corner + 3 * (size_t)off.face_count++, m->corner + 3 * (size_t)f, 3 * sizeof *m->corner);
     }
     return off;
 }
 
-/* Counts, for each component off the plane, how many of its corners have one of the other side at their reflection. */
-static void count_found(twins *t)
+/* Counts, for each component off the plane, how many of its corners have one of the other side at their reflection;
+   for each that crosses it, how many have its mate there. */
+static void count_found(twins *t, bool off_plane)
 {
     const uint32_t *component = t->run->whole.census.component;
     uint32_t *face;
-    qw_trimesh off = off_plane(t, &face);
-    if (off.face_count == 0) return;
-    qw_bvh *tree = qw_bvh_build(t->run->env, &off);
-    for (uint32_t h = 0; h < 3 * off.face_count; h++) {
+    qw_trimesh some = faces_of(t, off_plane, &face);
+    if (some.face_count == 0) return;
+    qw_bvh *tree = qw_bvh_build(t->run->env, &some);
+    for (uint32_t h = 0; h < 3 * some.face_count; h++) {
         uint32_t c = component[face[h / 3]];
         double p[3];
         qw_heartbeat(t->run->env);
-        qw_reflect(t->plane, t->position + 3 * (size_t)off.corner[h], p);
+        qw_reflect(t->plane, t->position + 3 * (size_t)some.corner[h], p);
         float reach = (float)fmin(NEARLY, TWIN * t->extent[c]);
         qw_hit hit = qw_bvh_nearest(tree, qw_in_frame(&t->run->whole.clean.frame, p), qw_v3(0, 0, 0), -1, reach,
                                     QW_NONE);
         t->samples[c]++;
         if (hit.face == QW_NONE) continue;
         uint32_t d = component[face[hit.face]];
-        t->found[c] += (t->low[c] > 0) != (t->low[d] > 0);
+        if (!off_plane && d != c && t->mate[c] == QW_NONE) t->mate[c] = d;
+        t->found[c] += off_plane ? (t->low[c] > 0) != (t->low[d] > 0) : d == t->mate[c];
     }
 }
 
-/* uint8_t[components of the clean surface]: 1 where one lies off the plane and has no twin on its other side; NULL:
-   none does, or all do, so that nothing would be reflected. */
-static uint8_t *find_single(const qw_run_state *run, const qw_mirror_plane *plane, const double *position)
+static bool has_twin(const twins *t, uint32_t c) { return t->found[c] >= MOST_OF_IT * t->samples[c]; }
+
+/* uint8_t[components of the clean surface]: QW_SINGLE where one lies off the plane and has no twin on its other side;
+   QW_KEPT_WHOLE and QW_LEFT_OUT: two that cross the plane and one another, each the reflection of the other. NULL: all
+   are cut, or all are single, so that nothing would be reflected. */
+static uint8_t *find_kinds(const qw_run_state *run, const qw_mirror_plane *plane, const double *position)
 {
     qw_env *env = run->env;
-    uint32_t n = (uint32_t)run->whole.census.components, count = 0;
+    uint32_t n = (uint32_t)run->whole.census.components, count = 0, singles = 0;
     if (n < 2) return NULL;
-    uint8_t *single = QW_NEW_ZERO(env, uint8_t, n);
+    uint8_t *kind = QW_NEW_ZERO(env, uint8_t, n);
     qw_scope_begin(env);
     twins t = {.run = run, .plane = plane, .position = position, .components = n};
     t.low = QW_NEW(env, double, n), t.high = QW_NEW(env, double, n), t.extent = QW_NEW(env, double, n);
     t.samples = QW_NEW_ZERO(env, uint32_t, n), t.found = QW_NEW_ZERO(env, uint32_t, n);
+    t.mate = QW_NEW(env, uint32_t, n);
+    memset(t.mate, 0xff, n * sizeof *t.mate);
     measure_components(&t);
-    count_found(&t);
+    count_found(&t, true), count_found(&t, false);
     for (uint32_t c = 0; c < n; c++) {
-        single[c] = is_off(&t, c) && t.found[c] < MOST_OF_IT * t.samples[c];
-        count += single[c];
+        uint32_t d = t.mate[c];
+        if (is_off(&t, c)) kind[c] = has_twin(&t, c) ? QW_IS_CUT : QW_SINGLE;
+        else if (d != QW_NONE && t.mate[d] == c && has_twin(&t, c) && has_twin(&t, d))
+            kind[c] = c < d ? QW_KEPT_WHOLE : QW_LEFT_OUT;
+        count += kind[c] != QW_IS_CUT, singles += kind[c] == QW_SINGLE;
     }
     qw_scope_end(env);
-    if (count > 0 && count < n) return single;
-    qw_free(env, single);
+    if (count > 0 && singles < n) return kind;
+    qw_free(env, kind);
     return NULL;
 }
 
-static void warn_of_single(qw_run_state *run, const uint8_t *single)
+static void warn_of_single(qw_run_state *run, const uint8_t *kind)
 {
     uint32_t count = 0;
     char text[sizeof run->report->warnings[0]];
-    for (uint32_t c = 0; single && c < (uint32_t)run->whole.census.components; c++) count += single[c];
+    for (uint32_t c = 0; kind && c < (uint32_t)run->whole.census.components; c++) count += kind[c] == QW_SINGLE;
     snprintf(text, sizeof text,
              "%u component%s on one side of the plane of symmetry ha%s no twin on the other: kept once, not reflected",
              count, count == 1 ? "" : "s", count == 1 ? "s" : "ve");
@@ -193,26 +204,26 @@ static void warn_of_single(qw_run_state *run, const uint8_t *single)
 /* One side of the surface, and what belongs to it. */
 typedef struct side {
     qw_half half;
-    uint8_t *single; /* uint8_t[components of the clean surface], or NULL */
-    uint8_t *single_vertex;
+    uint8_t *kind; /* uint8_t[components of the clean surface]: as of find_kinds, or NULL */
+    uint8_t *vertex_kind;
 } side;
 
-/* Cuts the clean surface at the plane, with marks; components without a twin on the other side stay whole. other: as
-   of qw_cut_half. */
+/* Cuts the clean surface at the plane, with marks; components without a twin on the other side stay whole, and so
+   does one of two that cross one another there. other: as of qw_cut_half. */
 static side cut_surface(const qw_run_state *run, const qw_mirror_plane *plane, bool other)
 {
     qw_env *env = run->env;
     qw_trimesh surface = run->whole.clean.mesh;
-    side s = {.single_vertex = NULL};
+    side s = {.vertex_kind = NULL};
     if (run->whole.input->mark_count > 0) qw_take_marks(env, run->whole.input, &run->whole.clean.frame, &surface);
     double *position = QW_NEW(env, double, 3 * (size_t)surface.vertex_count);
     for (uint32_t v = 0; v < surface.vertex_count; v++)
         qw_place_in_input(&run->whole.clean, surface.position[v], position + 3 * (size_t)v);
-    s.single = find_single(run, plane, position);
-    if (s.single) s.single_vertex = QW_NEW_ZERO(env, uint8_t, surface.vertex_count);
-    for (uint32_t h = 0; s.single && h < 3 * surface.face_count; h++)
-        s.single_vertex[surface.corner[h]] = s.single[run->whole.census.component[h / 3]];
-    s.half = qw_cut_half(env, &surface, position, plane, s.single_vertex, other);
+    s.kind = find_kinds(run, plane, position);
+    if (s.kind) s.vertex_kind = QW_NEW_ZERO(env, uint8_t, surface.vertex_count);
+    for (uint32_t h = 0; s.kind && h < 3 * surface.face_count; h++)
+        s.vertex_kind[surface.corner[h]] = s.kind[run->whole.census.component[h / 3]];
+    s.half = qw_cut_half(env, &surface, position, plane, s.vertex_kind, other);
     qw_free(env, position);
     if (surface.mark != run->whole.clean.mesh.mark) qw_free(env, surface.mark);
     return s;
@@ -394,11 +405,11 @@ static double area_of_single(const qw_run_state *run)
 /* Of the core's components those that are not reflected. */
 static uint8_t *single_of_core(const qw_run_state *run, const side *s)
 {
-    if (!s->single) return NULL;
+    if (!s->kind) return NULL;
     uint8_t *single = QW_NEW_ZERO(run->env, uint8_t, (size_t)run->clean_census.components);
     for (uint32_t f = 0; f < run->clean.mesh.face_count; f++)
         single[run->clean_census.component[f]] =
-            s->single[run->whole.census.component[s->half.source[run->clean.source_face[f]]]];
+            s->kind[run->whole.census.component[s->half.source[run->clean.source_face[f]]]] == QW_SINGLE;
     return single;
 }
 
@@ -415,14 +426,14 @@ static void take_half(qw_run_state *run, const qw_half *half)
 }
 
 /* Of the components that are reflected, the distance that 99.9 % of them stay below when they are. */
-static double far_of_reflected(const qw_run_state *run, const qw_mirror_plane *plane, const uint8_t *single)
+static double far_of_reflected(const qw_run_state *run, const qw_mirror_plane *plane, const uint8_t *kind)
 {
     const qw_trimesh *m = &run->whole.clean.mesh;
     qw_scope_begin(run->env);
     qw_trimesh rest = {.vertex_count = m->vertex_count, .position = m->position};
     rest.corner = QW_NEW(run->env, uint32_t, 3 * (size_t)m->face_count);
     for (uint32_t f = 0; f < m->face_count; f++)
-        if (!single[run->whole.census.component[f]])
+        if (kind[run->whole.census.component[f]] != QW_SINGLE)
             memcpy(rest.corner + 3 * (size_t)rest.face_count++, m->corner + 3 * (size_t)f, 3 * sizeof *m->corner);
     double far = qw_judge_mirror_plane(run->env, &rest, &run->whole.clean.frame, plane).far;
     qw_scope_end(run->env);
@@ -435,18 +446,18 @@ static void take_side(qw_run_state *run, const side *s, const qw_mirror_search *
     const qw_half *half = &s->half;
     take_half(run, half);
     run->mirror = (qw_mirror){.is_used = 1, .number = number, .plane = half->plane, .far = found->far};
-    if (s->single) run->mirror.far = far_of_reflected(run, &half->plane, s->single);
+    if (s->kind) run->mirror.far = far_of_reflected(run, &half->plane, s->kind);
     run->mirror.components = half->whole.components, run->mirror.boundary_loops = half->whole.boundary_loops;
     run->mirror.euler = half->whole.euler;
     run->mirror.single = single_of_core(run, s);
     run->mirror.times = 2 - area_of_single(run) / run->area;
     double sign = 1;
     for (uint32_t v = 0; v < half->vertex_count; v++)
-        if (!half->on_plane[v] && !(s->single_vertex && s->single_vertex[half->origin[v].from]))
+        if (!half->on_plane[v] && !(s->vertex_kind && s->vertex_kind[half->origin[v].from]))
             sign = qw_plane_height(&half->plane, half->position + 3 * (size_t)v) > 0 ? 1 : -1;
     run->steering = steering_of(run, &half->plane, sign);
     report_plane(run->report, found, true);
-    warn_of_single(run, s->single);
+    warn_of_single(run, s->kind);
 }
 
 bool qw_take_other_side(qw_run_state *run)
@@ -482,7 +493,7 @@ static bool is_like(qw_env *env, const qw_half *half, const qw_trimesh *surface,
     return same;
 }
 
-/* Whether nothing but the surface itself says what its quads are to be like, all of it is reflected, and its topology
+/* Whether nothing but the surface itself says what its quads are to be like, it is one component, and its topology
    asks for many irregular vertices (more than a ball and a torus do). Without these its quads are regular as they are,
    and counts that a quarter of them may have lie farther apart. Sharp edges lose corners in so small a part. */
 static bool may_be_cut_again(const qw_run_state *run)
@@ -492,8 +503,8 @@ static bool may_be_cut_again(const qw_run_state *run)
     bool is_steered = s->region || s->field || s->guide_count > 0 || s->joint_count > 0 || run->whole.motion ||
                       run->whole.input->density || o->symmetry_follow || o->sharp_marks || o->keep_marks ||
                       o->fix_boundary;
-    return !is_steered && !run->mirror.single && run->clean.own.count == 0 && run->whole.census.euler < 0 &&
-           !qw_is_sharp(run);
+    return !is_steered && run->whole.census.components == 1 && run->clean.own.count == 0 &&
+           run->whole.census.euler < 0 && !qw_is_sharp(run);
 }
 
 /* Makes one side of a plane across those along which it was cut the core; not where that has no like sides. */
