@@ -25,6 +25,7 @@ int qw_command_batch(const qw_arguments *a)
 #include "base/platform.h"
 #include "base/report.h"
 #include "density_command.h"
+#include "outfit.h"
 #include "system.h"
 
 #include <errno.h>
@@ -169,11 +170,7 @@ typedef struct making {
     const char *key;
     qw_mesh *mesh;
     qw_context *context;
-    const qw_attribute *carried; /* qw_attribute[carried_count] */
-    uint32_t carried_count;      /* with texture coordinates of the quads behind the others where these are asked for */
-    qw_transfer_report transfer;
-    bool has_transfer;
-    qw_asset_report asset;
+    qw_outfit outfit;
     qw_mesh *level[QW_MOST_LEVELS]; /* with --levels */
     char *message;
     size_t size;
@@ -218,36 +215,11 @@ static qw_status begin(making *k, const qw_host *host)
     return status;
 }
 
-static qw_status mark_filled(making *k, const qw_arguments *a)
-{
-    qw_attribute *list;
-    qw_status status = qw_mark_filled(k->context, a, k->carried, &k->carried_count, &list);
-    if (list) k->carried = list;
-    return say(k, status, qw_message(k->context));
-}
-
 static qw_status remesh(making *k, const qw_arguments *a)
 {
-    qw_status status = said(k, qw_run(k->context, &a->options));
-    const qw_attribute *attributes = qw_mesh_attributes(k->mesh, &k->carried_count);
-    if (a->bare) k->carried_count = 0;
-    if (status == QW_OK && k->carried_count > 0)
-        status = said(k, qw_transfer(k->context, attributes, k->carried_count, 0, &k->carried, &k->transfer));
-    k->has_transfer = k->carried_count > 0;
-    return status == QW_OK ? mark_filled(k, a) : status;
-}
-
-/* Texture coordinates of the quads' own, and maps on them. */
-static qw_status dress(making *k, const qw_arguments *a)
-{
-    const qw_image *images;
-    uint32_t count;
-    qw_attribute *list;
-    if (!a->unwrap && !a->bake) return QW_OK;
-    qw_status status = qw_unwrap_carried(k->context, a, k->carried, &k->carried_count, &list, &k->asset);
-    k->carried = list;
-    if (status == QW_OK && a->bake) status = qw_bake(k->context, k->mesh, a->maps, &images, &count, &k->asset);
-    return said(k, status);
+    k->outfit = (qw_outfit){0};
+    qw_status status = qw_run(k->context, &a->options);
+    return said(k, status == QW_OK ? qw_dress(k->context, a, k->mesh, &k->outfit) : status);
 }
 
 /* The levels, the coarsest first: what is said of the model is said of the finest, the last. */
@@ -259,8 +231,7 @@ static qw_status make_levels(making *k)
         one.options.faces = one.level[i];
         for (int64_t j = 0; j < i; j++) qw_halve_texture(&one.asset);
         status = remesh(k, &one);
-        if (status == QW_OK) status = dress(k, &one);
-        if (status == QW_OK) status = said(k, qw_take_level(k->context, k->carried, k->carried_count, &k->level[i]));
+        if (status == QW_OK) status = said(k, qw_take_level(k->context, k->outfit.list, k->outfit.count, &k->level[i]));
     }
     return status;
 }
@@ -268,8 +239,7 @@ static qw_status make_levels(making *k)
 static qw_status make(making *k)
 {
     if (k->arguments->level_count > 0) return make_levels(k);
-    qw_status status = remesh(k, k->arguments);
-    return status == QW_OK ? dress(k, k->arguments) : status;
+    return remesh(k, k->arguments);
 }
 
 static qw_status save_levels(making *k)
@@ -286,9 +256,9 @@ static qw_status save(making *k)
     const qw_arguments *a = k->arguments;
     const char *path = k->model->output;
     if (a->level_count > 0) return save_levels(k);
-    qw_status status = a->bake ? qw_save_asset(k->context, k->carried, k->carried_count, path, a->format)
-                               : qw_save_from(k->context, k->carried, k->carried_count, a->bare ? NULL : k->mesh, path,
-                                              a->format);
+    qw_status status = a->bake ? qw_save_asset(k->context, k->outfit.list, k->outfit.count, path, a->format)
+                               : qw_save_from(k->context, k->outfit.list, k->outfit.count, a->bare ? NULL : k->mesh,
+                                              path, a->format);
     return said(k, status);
 }
 
@@ -312,8 +282,8 @@ static qw_status make_quads(making *k, double began)
     if (qw_get_mesh(k->context, &quads) == QW_OK) batch_draw(a, m, &input, &quads);
     qw_run_info run = {
         .size = sizeof run, .options = &a->options, .report = qw_get_report(k->context), .quality = &quality};
-    if (k->has_transfer) run.transfer = &k->transfer;
-    if (a->unwrap || a->bake) run.asset = &k->asset;
+    if (k->outfit.has_transfer) run.transfer = &k->outfit.transfer;
+    if (k->outfit.has_asset) run.asset = &k->outfit.asset;
     outcome o = {k->key, "OK", "", 0, qw_seconds_now() - began, &run, {0}};
     for (int64_t i = 0; i < a->level_count; i++) o.level_faces[i] = qw_mesh_get(k->level[i]).face_count;
     if (write_record(a, m, &o)) return QW_OK;

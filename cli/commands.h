@@ -20,16 +20,6 @@ int qw_take_limit(const qw_host *host, qw_mesh **mesh);
 
 /* Maps of the next level of detail have half as many texels along a side: it is seen from further off. */
 void qw_halve_texture(qw_asset_options *options);
-
-/* Texture coordinates of the result's own for what --unwrap or --bake asks: *list is qw_attribute[*count], carried but
-   for texture coordinates of the input, and behind them its own; the caller's to free, in failure too. */
-qw_status qw_unwrap_carried(qw_context *context, const qw_arguments *arguments, const qw_attribute *carried,
-                            uint32_t *count, qw_attribute **list, qw_asset_report *report);
-/* Which faces lie in holes that were closed, for a file of the arguments' format: a property of PLY, else groups, or,
-   in glTF, materials, where the input has none: *list is qw_attribute[*count], carried and that, the caller's to free;
-   NULL where there is nothing to add. */
-qw_status qw_mark_filled(qw_context *context, const qw_arguments *arguments, const qw_attribute *carried,
-                         uint32_t *count, qw_attribute **list);
 /* Refuses outputs that cannot be written, and those that would destroy one another or what is read: the exit code. */
 int qw_check_paths_or_complain(const qw_arguments *arguments);
 /* A qw_host log hook: warnings on standard error. */

@@ -1,6 +1,7 @@
 /* The main job: a file in, quads and a report out. Nothing is left behind by a run that fails or is interrupted. */
 #include "commands.h"
 #include "density_command.h"
+#include "outfit.h"
 #include "progress.h"
 #include "summary.h"
 #include "system.h"
@@ -25,15 +26,10 @@ typedef struct session {
     qw_context *context;
     qw_meter meter;
     qw_notes notes;
-    const qw_mesh *input;        /* for the report and attributes; NULL: none, or not needed */
-    const qw_attribute *carried; /* qw_attribute[carried_count]: of the result */
-    uint32_t carried_count;      /* with normals of the quads behind the others where these are asked for */
-    qw_attribute *settled;       /* the same where it is ours to free; or NULL */
-    bool has_transfer, has_asset;
-    qw_asset_report asset;
-    qw_transfer_report transfer;
-    bool writing; /* the results, after the run */
-    bool saving;  /* files of them */
+    const qw_mesh *input; /* for the report and attributes; NULL: none, or not needed */
+    qw_outfit outfit;     /* of the result */
+    bool writing;         /* the results, after the run */
+    bool saving;          /* files of them */
     char message[512];
 } session;
 
@@ -82,58 +78,7 @@ static bool has_attributes(const session *s, const qw_mesh *input)
     return !s->arguments->bare && (count > 0 || qw_mesh_library(input) || scene);
 }
 
-static qw_status carry_attributes(session *s)
-{
-    uint32_t count = 0;
-    const qw_attribute *of_input = qw_mesh_attributes(s->input, &count);
-    if (!s->input || s->arguments->bare || count == 0) return QW_OK;
-    qw_status status = keep(s, qw_transfer(s->context, of_input, count, 0, &s->carried, &s->transfer));
-    if (status == QW_OK) s->carried_count = count, s->has_transfer = true;
-    return status;
-}
-
-/* Normals of the quads, or none, instead of what the input has. */
-static qw_status settle_normals(session *s)
-{
-    qw_normals wanted = s->arguments->normals;
-    if (wanted == QW_NORMALS_CARRIED) return QW_OK;
-    qw_attribute *list = malloc((s->carried_count + 1) * sizeof *list);
-    if (!list) return QW_MEMORY;
-    uint32_t count = 0;
-    for (uint32_t i = 0; i < s->carried_count; i++)
-        if (s->carried[i].kind != QW_NORMALS) list[count++] = s->carried[i];
-    qw_status status = QW_OK;
-    if (wanted != QW_NORMALS_NONE) {
-        qw_shading shading = wanted == QW_NORMALS_SPLIT ? QW_SHADING_SPLIT : QW_SHADING_SMOOTH;
-        status = keep(s, qw_get_normals(s->context, shading, &list[count++]));
-    }
-    s->carried = s->settled = list, s->carried_count = status == QW_OK ? count : 0;
-    return status;
-}
-
-static qw_status settle_filled(session *s)
-{
-    qw_attribute *list;
-    uint32_t count = s->carried_count;
-    qw_status status = keep(s, qw_mark_filled(s->context, s->arguments, s->carried, &count, &list));
-    if (!list) return status;
-    free(s->settled);
-    s->carried = s->settled = list, s->carried_count = count;
-    return status;
-}
-
-/* Texture coordinates of the result's own instead of those of the input. */
-static qw_status settle_uv(session *s)
-{
-    const qw_arguments *a = s->arguments;
-    qw_attribute *list;
-    if (!a->unwrap && !a->bake) return QW_OK;
-    qw_status status = keep(s, qw_unwrap_carried(s->context, a, s->carried, &s->carried_count, &list, &s->asset));
-    free(s->settled);
-    s->carried = s->settled = list;
-    s->has_asset = status == QW_OK;
-    return status;
-}
+static qw_status dress(session *s) { return keep(s, qw_dress(s->context, s->arguments, s->input, &s->outfit)); }
 
 static qw_status save_coarse(session *s)
 {
@@ -143,20 +88,12 @@ static qw_status save_coarse(session *s)
     return status;
 }
 
-static qw_status bake(session *s)
-{
-    const qw_arguments *a = s->arguments;
-    const qw_image *images;
-    uint32_t count;
-    return a->bake ? keep(s, qw_bake(s->context, s->input, a->maps, &images, &count, &s->asset)) : QW_OK;
-}
-
 static qw_status save_result(session *s)
 {
     const qw_arguments *a = s->arguments;
-    if (a->second_order) return qw_save_second_order(s->context, s->carried, s->carried_count, a->output, a->format);
-    if (a->bake) return qw_save_asset(s->context, s->carried, s->carried_count, a->output, a->format);
-    return qw_save_from(s->context, s->carried, s->carried_count, a->bare ? NULL : s->input, a->output, a->format);
+    if (a->second_order) return qw_save_second_order(s->context, s->outfit.list, s->outfit.count, a->output, a->format);
+    if (a->bake) return qw_save_asset(s->context, s->outfit.list, s->outfit.count, a->output, a->format);
+    return qw_save_from(s->context, s->outfit.list, s->outfit.count, a->bare ? NULL : s->input, a->output, a->format);
 }
 
 static qw_status save_all(session *s)
@@ -164,7 +101,7 @@ static qw_status save_all(session *s)
     const qw_arguments *a = s->arguments;
     qw_status status = QW_OK;
     s->saving = true;
-    if (a->provenance) status = keep(s, qw_save_provenance(s->context, s->carried, s->carried_count, a->provenance));
+    if (a->provenance) status = keep(s, qw_save_provenance(s->context, s->outfit.list, s->outfit.count, a->provenance));
     if (status == QW_OK && a->field_out) status = keep(s, qw_save_field(s->context, a->field_per, a->field_out));
     if (status == QW_OK && a->coarse) status = save_coarse(s);
     if (status == QW_OK && a->patches) status = keep(s, qw_save_patches_from(s->context, a->patches, a->blocks));
@@ -233,8 +170,8 @@ static qw_status fill_report(session *s, qw_json *json)
                        .note_count = (uint32_t)s->notes.count,
                        .options = &a->options,
                        .report = qw_get_report(s->context)};
-    if (s->has_transfer) run.transfer = &s->transfer;
-    if (s->has_asset) run.asset = &s->asset;
+    if (s->outfit.has_transfer) run.transfer = &s->outfit.transfer;
+    if (s->outfit.has_asset) run.asset = &s->outfit.asset;
     qw_quality quality;
     bool is_measured;
     qw_status status = measure(s, &quality, &is_measured);
@@ -270,11 +207,7 @@ static qw_status write_results(session *s)
     report_file report = {.target = a->json};
     qw_status status = QW_OK;
     s->writing = true;
-    if (a->output) status = carry_attributes(s);
-    if (a->output && status == QW_OK) status = settle_normals(s);
-    if (a->output && status == QW_OK) status = settle_filled(s);
-    if (a->output && status == QW_OK) status = settle_uv(s);
-    if (a->output && status == QW_OK) status = bake(s);
+    if (a->output) status = dress(s);
     if (status == QW_OK && a->json) {
         report.env = qw_env_create(&host, 1);
         status = fill_report(s, &report.json);
@@ -284,7 +217,7 @@ static qw_status write_results(session *s)
     if (status == QW_OK && a->json) status = run_report(s, &report, finish_report);
     qw_env_destroy(report.env);
     free(report.json.text);
-    free(s->settled);
+    qw_undress(&s->outfit);
     return status;
 }
 
@@ -354,20 +287,16 @@ static qw_status make_level(session *s, const qw_arguments *all, int64_t level, 
 {
     level_files files;
     qw_arguments one = arguments_of_level(all, level, &files);
-    s->arguments = &one, s->carried = NULL, s->carried_count = 0, s->settled = NULL;
-    s->writing = s->saving = s->has_transfer = s->has_asset = false;
+    s->arguments = &one, s->outfit = (qw_outfit){0};
+    s->writing = s->saving = false;
     int notes = s->notes.count;
     qw_status status = keep(s, qw_run(s->context, &one.options));
     if (status == QW_OK && is_in_one_file(all)) {
-        s->writing = true, status = carry_attributes(s);
-        if (status == QW_OK) status = settle_normals(s);
-        if (status == QW_OK) status = settle_filled(s);
-        if (status == QW_OK) status = settle_uv(s);
-        if (status == QW_OK) status = bake(s);
-        if (status == QW_OK) status = keep(s, qw_take_level(s->context, s->carried, s->carried_count, taken));
-        free(s->settled), s->settled = NULL;
+        s->writing = true, status = dress(s);
+        if (status == QW_OK) status = keep(s, qw_take_level(s->context, s->outfit.list, s->outfit.count, taken));
     }
     if (status == QW_OK) status = write_results(s);
+    qw_undress(&s->outfit);
     if (status == QW_OK && !all->quiet)
         qw_print_summary(stderr, qw_get_report(s->context), &s->notes, level == 0 ? all->input : NULL,
                          is_in_one_file(all) ? all->output : one.output, all->second_order);

@@ -51,7 +51,7 @@ static uint32_t made_of(shape s, qw_straight plan)
     return q.face_count;
 }
 
-static uint32_t fewest_of(shape s) { return made_of(s, (qw_straight){1, 1, INFINITY, QW_NOT_FLIPPED, true}); }
+static uint32_t fewest_of(shape s) { return made_of(s, (qw_straight){1, QW_NOT_FLIPPED, true}); }
 
 static void makes_discs_and_spheres(void **state)
 {
@@ -92,7 +92,7 @@ static void spheres_have_six_quads(void **state)
     uint64_t seed = 7;
     uint32_t made = 0;
     for (int i = 0; i < 500; i++) {
-        uint32_t n = made_of(lump(&seed), (qw_straight){6, 1, INFINITY, QW_NOT_FLIPPED, false});
+        uint32_t n = made_of(lump(&seed), (qw_straight){6, QW_NOT_FLIPPED, false});
         assert_true(n == 0 || n >= 6);
         made += n > 0;
     }
@@ -111,7 +111,7 @@ static void needles_take_no_crowd(void **state)
     qw_scope_begin(env);
     qw_trimesh m = surface_of(env, &needle);
     qw_flip worst;
-    qw_make_straight(env, &m, &(qw_straight){20, 1, INFINITY, QW_NOT_FLIPPED, false}, &worst);
+    qw_make_straight(env, &m, &(qw_straight){20, QW_NOT_FLIPPED, false}, &worst);
     assert_true(qw_env_peak(env) < 1000000);
     qw_scope_end(env);
     qw_env_destroy(env);
@@ -132,7 +132,7 @@ static void keeps_the_side(void **state)
         }
         qw_trimesh_link(env, &m);
         qw_flip worst;
-        qw_quadmesh q = qw_make_straight(env, &m, &(qw_straight){1, 1, INFINITY, QW_NOT_FLIPPED, true}, &worst);
+        qw_quadmesh q = qw_make_straight(env, &m, &(qw_straight){1, QW_NOT_FLIPPED, true}, &worst);
         assert_int_equal(q.face_count, 6);
         for (uint32_t f = 0; f < 6; f++) {
             qw_vec3 out = qw_sub(qw_quad_middle(q.position, q.corner + 4 * (size_t)f), qw_v3(0.5f, 0.5f, 0.5f));

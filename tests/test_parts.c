@@ -118,61 +118,6 @@ static void components_keep_their_numbers(void **state)
     qw_env_destroy(env);
 }
 
-/* ---- a yard of many small parts */
-
-static double in_range(uint64_t *state, double low, double high) { return low + (high - low) * torture_random(state); }
-
-/* A stone of its own shape: a ball with bumps, drawn out along its axes; of each third one the lower part is not there.
- */
-static shape make_stone(uint64_t *state, bool is_open)
-{
-    shape s = shape_sphere(3);
-    double wave[4][3], axis[3];
-    for (int i = 0; i < 12; i++) wave[i / 3][i % 3] = in_range(state, -2, 2);
-    for (int k = 0; k < 3; k++) axis[k] = in_range(state, 0.3, 1);
-    uint32_t kept = 0;
-    for (uint32_t f = 0; f < s.face_count; f++) {
-        const uint32_t *c = s.corner + 3 * (size_t)f;
-        double z = s.position[3 * (size_t)c[0] + 2] + s.position[3 * (size_t)c[1] + 2] +
-                   s.position[3 * (size_t)c[2] + 2];
-        if (is_open && z < -0.6) continue;
-        memmove(s.corner + 3 * (size_t)kept++, c, 3 * sizeof *c);
-    }
-    s.face_count = kept;
-    for (uint32_t v = 0; v < s.vertex_count; v++) {
-        double *p = s.position + 3 * (size_t)v, bump = in_range(state, 0.9, 1.1);
-        for (int i = 0; i < 4; i++)
-            bump += 0.15 * sin(2 * (wave[i][0] * p[0] + wave[i][1] * p[1] + wave[i][2] * p[2]) + i);
-        for (int k = 0; k < 3; k++) p[k] *= bump * axis[k];
-    }
-    return s;
-}
-
-/* Stones of many sizes, for few of which the fields have room: those with flipped quads are made anew, alone. (Eight
-   quads were flipped.) */
-static void stones_of_a_yard_are_whole(void **state)
-{
-    (void)state;
-    enum { STONES = 60 };
-    uint64_t random = 7;
-    shape all = {0};
-    qw_options o;
-    qw_options_init(&o);
-    o.faces = 4 * STONES;
-    for (int i = 0; i < STONES; i++)
-        add_part(&all, make_stone(&random, i % 3 == 0), pow(10, in_range(&random, -1, 0)), 3 * (i % 20), 3 * (i / 20),
-                 0);
-    qw_result *result = remesh(&all, &o);
-    qw_mesh_view quads = qw_result_mesh(result), surface = shape_view(&all);
-    qw_topology t;
-    qw_quality q;
-    assert_int_equal(qw_measure(&quads, &surface, NULL, &t, &q), QW_OK);
-    assert_int_equal(t.components, STONES);
-    assert_int_equal(t.boundary_loops, STONES / 3);
-    assert_int_equal(q.flipped_faces, 0);
-    qw_result_destroy(result), shape_free(&all);
-}
-
 /* ---- who gets how many */
 
 /* Of a crowd only what gets next to no quads is made as a box of six: the largest component, one whose share is more,
@@ -372,7 +317,6 @@ QW_TEST_SUITE(parts)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(eyes_stay_in_their_place),
         cmocka_unit_test(components_keep_their_numbers),
-        cmocka_unit_test(stones_of_a_yard_are_whole),
         cmocka_unit_test(crowds_leave_the_others),
         cmocka_unit_test(flat_ground_leaves_quads),
         cmocka_unit_test(wires_take_a_quarter_at_most),

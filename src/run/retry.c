@@ -103,8 +103,7 @@ static bool is_large(const qw_history *h)
     return current(h)->verdict.working_vertices > QW_LARGE_VERTICES || h->request.faces_wanted > QW_LARGE_FACES;
 }
 
-/* Trees of leaves, heaps: thousands of components of a few quads each. Rounding decides how many quads they have, and
-   FINISH makes those with flipped quads anew. */
+/* Trees of leaves, heaps: thousands of components of a few quads each. Rounding decides how many quads they have. */
 static bool has_many_parts(const qw_history *h)
 {
     return h->request.faces_wanted > QW_LARGE_FACES &&

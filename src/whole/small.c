@@ -134,7 +134,7 @@ static qw_quadmesh make_chosen(qw_env *env, const qw_run_state *run, choice *p, 
         qw_flip worst;
         qw_scope_begin(env);
         qw_trimesh part = qw_take_part(env, &parts, c);
-        const qw_straight plan = {p->share[c], 1, INFINITY, is_least ? QW_NOT_FLIPPED : QW_DOUBTFUL, is_least};
+        const qw_straight plan = {p->share[c], is_least ? QW_NOT_FLIPPED : QW_DOUBTFUL, is_least};
         qw_quadmesh quads = qw_make_straight(env, &part, &plan, &worst);
         p->chosen[c] = worst <= plan.enough &&
                        quads.face_count <= fmax(fmax(p->share[c] + 1, p->most[c] / 2), QW_LEAST_SHELL);

@@ -20,7 +20,6 @@ REPAIRS = [
     ("split_vertices", "vertex where surfaces touch was cut apart", "vertices where surfaces touch were cut apart"),
     ("unfolded_vertices", "vertex was moved to smooth a fold", "vertices were moved to smooth folds"),
     ("grown_protrusions", "thin part got quads of its own", "thin parts got quads of their own"),
-    ("repaired_flips", "flipped quad was replaced", "flipped quads were replaced"),
     ("fallback_components", "component was made from its triangles", "components were made from their triangles"),
 ]
 

@@ -17,10 +17,6 @@
 #include <string.h>
 
 enum { PAIRINGS = 3 };
-/* How many quads a component is tried with: so many for each that is wanted, and so many more. */
-static const struct {
-    double times, more;
-} COUNTS[QW_MOST_TRIES] = {{1, 0}, {1.5, 2}, {2, 6}, {4, 12}};
 /* Of a quad's share of the surface: the least area that a box's side or a disc may have, and by how much a corner's
    triangle may face the other way, for rounding. */
 static const float LEAST_AREA = 0.02f, TURNED_OVER = 1e-3f;
@@ -46,8 +42,7 @@ static qw_flip judge(const making *m, const qw_quadmesh *q)
     bool is_sound = (census.euler != 2 || q->face_count >= QW_LEAST_SHELL) && census.double_edges == 0 &&
                     census.degenerate_faces == 0 && census.components == 1 &&
                     census.boundary_loops == m->census.boundary_loops && census.euler == m->census.euler;
-    double edge = fmin(sqrt(m->area / q->face_count), m->plan->most_edge);
-    qw_flip_judge flips = {.surface = m->part, .tree = m->tree, .edge = (float)edge};
+    qw_flip_judge flips = {.surface = m->part, .tree = m->tree, .edge = (float)sqrt(m->area / q->face_count)};
     qw_flip worst = is_sound ? QW_NOT_FLIPPED : QW_FLIPPED;
     for (uint32_t f = 0; f < q->face_count && worst < QW_FLIPPED; f++) {
         qw_flip flip = qw_flip_of_quad(&flips, q->position, q->corner + 4 * (size_t)f);
@@ -266,7 +261,7 @@ static bool offer(const making *m, best *b, const qw_quadmesh *quads)
 
 qw_quadmesh qw_make_straight(qw_env *env, const qw_trimesh *part, const qw_straight *plan, qw_flip *worst)
 {
-    assert(part->face_count > 0 && plan->enough < QW_FLIPPED && plan->tries <= QW_MOST_TRIES);
+    assert(part->face_count > 0 && plan->enough < QW_FLIPPED);
     qw_scope_begin(env);
     making m = {env, part, plan, qw_trimesh_census(env, part), qw_trimesh_area(part), qw_bvh_build(env, part)};
     best b = {.worst = QW_FLIPPED};
@@ -279,12 +274,11 @@ qw_quadmesh qw_make_straight(qw_env *env, const qw_trimesh *part, const qw_strai
         qw_quadmesh rod = qw_make_rod(env, part, m.tree, plan->quads);
         is_done = offer(&m, &b, &rod);
     }
-    for (int try = 0; !plan->is_least && try < plan->tries && !is_done; try++) {
-        double quads = COUNTS[try].times * plan->quads + COUNTS[try].more;
+    if (!plan->is_least && !is_done) {
         qw_heartbeat(env);
-        qw_quadmesh paired = pair_to_count(&m, quads);
+        qw_quadmesh paired = pair_to_count(&m, plan->quads);
         for (int i = 0; i < PAIR_VARIANTS && !is_done; i++) {
-            qw_quadmesh thinned = thin_out(&m, &paired, quads, i);
+            qw_quadmesh thinned = thin_out(&m, &paired, plan->quads, i);
             is_done = offer(&m, &b, &thinned);
         }
     }

@@ -14,14 +14,10 @@
 #include "geometry/quadmesh.h"
 
 typedef struct qw_straight {
-    double quads;     /* about so many */
-    int tries;        /* 1 to QW_MOST_TRIES: with more and more quads, up to the first that is good enough */
-    double most_edge; /* flipped quads are judged by no longer a mean edge than this */
-    qw_flip enough;   /* what a quad may be at worst, so that no other variant is tried */
-    bool is_least;    /* the fewest quads that there can be, or none */
+    double quads;   /* about so many */
+    qw_flip enough; /* what a quad may be at worst, so that no other variant is tried */
+    bool is_least;  /* the fewest quads that there can be, or none */
 } qw_straight;
-
-enum { QW_MOST_TRIES = 4 };
 
 /* Quads of `part`, a component as a surface of its own, in the current scope: of the variant whose worst quad is best,
  *worst, with all arrays; component 0. No faces: each variant has lost the topology or has flipped quads. */

@@ -1,12 +1,10 @@
 /* The stage FINISH: what is done once, to the attempt that was chosen. Uncovered protrusions with sharp edges grow,
-   small components with flipped quads are made anew, vertices move nearer to the surface,
-   and a result whose topology differs from the surface's is refused. */
+   vertices move nearer to the surface, and a result whose topology differs from the surface's is refused. */
 #include "run/stages/stages.h"
 
 #include "base/mechanisms.h"
 #include "base/constants.h"
 #include "base/promise.h"
-#include "whole/remake.h"
 #include "whole/wrapped.h"
 #include "run/stages/split_levels.h"
 #include "run/stages/coverage.h"
@@ -63,7 +61,7 @@ static void check_topology(const finishing *f)
                 check.component_count);
 }
 
-/* Finishes the attempt that was chosen: protrusions, flipped quads, components made anew, fit, topology. */
+/* Finishes the attempt that was chosen: protrusions, fit, topology. */
 void qw_stage_FINISH(qw_run_state *run)
 {
     assert(run->relaxed.face_count == 0 || run->flipped);
@@ -76,9 +74,6 @@ void qw_stage_FINISH(qw_run_state *run)
                                  : 0;
             qw_did(run->env, QW_MECH_GROWN_SHARP, sharp);
             run->report->grown_protrusions = run->grown + sharp;
-            uint32_t remade = qw_uses(run->env, QW_MECH_REMADE) ? qw_remake_flipped(run, &f.quads, &f.flipped) : 0;
-            qw_did(run->env, QW_MECH_REMADE, remade);
-            run->report->repaired_flips = remade;
             fit_to_surface(&f);
         }
         check_topology(&f);
