@@ -18,14 +18,19 @@ static const float LEAST_AREA = 0.05f;
 
 /* ---- the table */
 
-/* One step of repair. Membranes are for flipped quads alone, searches for all that have a fault. rings: of the largest
-   window that is tried while the quad has faults. */
+typedef enum remedy_for { FOR_CORNERS, FOR_DOUBTFUL, FOR_FLIPPED } remedy_for;
+
+/* One step of repair. applies: to which quads, those with an inverted corner and all worse ones, doubtful ones and
+   flipped ones, or flipped ones alone. rings: of the largest window that is tried while the quad has faults.
+   least_area: share of the window's area that must be left. */
 typedef struct remedy {
     qw_mechanism mechanism;
     const char *name;
+    remedy_for applies;
     uint8_t rings;
     qw_placing placing;
     qw_freedom freedom;
+    float least_area;
 } remedy;
 
 #define REMEDY(name, ...)                  \
@@ -33,10 +38,12 @@ typedef struct remedy {
         QW_MECH_##name, #name, __VA_ARGS__ \
     }
 static const remedy table[] = {
-    REMEDY(MEMBRANE, 3, QW_MEMBRANE, QW_ON_CURVES),
-    REMEDY(SEARCH, 2, QW_SEARCH, QW_ON_CURVES),
-    REMEDY(MEMBRANE_SLIDE, 3, QW_MEMBRANE, QW_CORNERS_SLIDE),
-    REMEDY(SEARCH_SLIDE, 2, QW_SEARCH, QW_CORNERS_SLIDE),
+    REMEDY(MEMBRANE, FOR_FLIPPED, 3, QW_MEMBRANE, QW_ON_CURVES, 0.4f),
+    REMEDY(MEMBRANE_DOUBT, FOR_DOUBTFUL, 3, QW_MEMBRANE, QW_ON_CURVES, 0.85f),
+    REMEDY(SEARCH, FOR_CORNERS, 2, QW_SEARCH, QW_ON_CURVES, 0),
+    REMEDY(MEMBRANE_SEARCH, FOR_DOUBTFUL, 3, QW_MEMBRANE_SEARCH, QW_ON_CURVES, 0),
+    REMEDY(MEMBRANE_SLIDE, FOR_FLIPPED, 3, QW_MEMBRANE, QW_CORNERS_SLIDE, 0.4f),
+    REMEDY(SEARCH_SLIDE, FOR_CORNERS, 2, QW_SEARCH, QW_CORNERS_SLIDE, 0),
 };
 enum { PASSES = 2 };
 /* Each step may take so many steps of the budget (qw_repair_site), and so many for each quad. */
@@ -51,7 +58,8 @@ typedef struct engine {
 
 static bool applies(const remedy *r, qw_faults known)
 {
-    return known.flipped > 0 || (r->placing == QW_SEARCH && !qw_is_faultless(known));
+    return known.flipped > 0 || (r->applies <= FOR_DOUBTFUL && known.doubtful > 0) ||
+           (r->applies == FOR_CORNERS && known.inverted > 0);
 }
 
 /* ---- one quad */
@@ -66,7 +74,7 @@ static bool repair_at(engine *g, uint32_t f, const remedy *r, uint32_t rings)
     qw_window_take(&g->site, p, g->site.e.mesh.corner + 4 * (size_t)f, 4, rings, r->freedom);
     qw_faults before = {0, 0, 0};
     for (uint32_t i = 0; i < p->quads.face_count; i++) qw_add_faults(&before, g->known[p->face[i]], 1);
-    p->faults = before;
+    p->least_area = r->least_area, p->faults = before;
     qw_window_place(&g->site, p, r->placing);
     if (!qw_fewer_faults(p->faults, before)) return false;
     if (p->freedom != QW_ON_CURVES) qw_window_put_on_curves(&g->site, p);

@@ -35,8 +35,6 @@ static const float MOST_DOWN = 4;
    them, is a protrusion or a whole component: its membrane would shrink to nothing. (Six rings of a plain lattice
    have six for each.) */
 enum { LEAST_FIXED = 4, MOST_MOVING = 8 };
-/* Of its area so large a share must be left. */
-static const float AREA_LEFT = 0.4f;
 
 /* ---- the surface at each vertex and quad */
 
@@ -154,7 +152,7 @@ static void try_membrane(qw_repair_site *s, qw_window *p)
     if (!is_hung(p)) return;
     spread(s, p);
     for (int i = 0; i < SETTLINGS && s->budget > 0; i++) {
-        if (qw_window_keep_better(s, p, AREA_LEFT) && qw_is_faultless(p->faults)) return;
+        if (qw_window_keep_better(s, p) && qw_is_faultless(p->faults)) return;
         spread_once(s, p);
         settle(s, p);
     }
@@ -260,7 +258,7 @@ static void try_search(qw_repair_site *s, qw_window *p)
         t.step *= 0.5f;
         memset(p->awake, 1, sizeof p->awake);
     }
-    qw_window_keep_better(s, p, 0);
+    qw_window_keep_better(s, p);
     qw_window_restore(p);
 }
 
@@ -269,7 +267,11 @@ void qw_window_place(qw_repair_site *s, qw_window *p, qw_placing placing)
     assert(p->quads.face_count > 0);
     if (qw_is_faultless(p->faults)) return;
     if (placing == QW_MEMBRANE) try_membrane(s, p);
-    else try_search(s, p);
+    if (placing == QW_SEARCH) try_search(s, p);
+    if (placing == QW_MEMBRANE_SEARCH) {
+        spread(s, p);
+        try_search(s, p);
+    }
 }
 
 /* ---- back to the curves */

@@ -96,7 +96,7 @@ void qw_window_take(qw_repair_site *s, qw_window *p, const uint32_t *seeds, uint
     s->round++;
     p->quads =
         (qw_quadmesh){.position = p->position, .corner = p->corner, .twin = p->twin, .kind = p->kind, .mark = p->mark};
-    p->freedom = freedom, p->moving_count = 0, p->farthest = -1;
+    p->freedom = freedom, p->moving_count = 0, p->farthest = -1, p->least_area = 0;
     for (uint32_t i = 0; i < seed_count; i++) add_vertex(s, p, seeds[i]);
     bool fits = true;
     for (uint32_t ring = 0, done = 0; ring < rings; ring++)
@@ -249,7 +249,7 @@ static float find_area(const qw_window *p)
 
 /* Whether the window has kept its shape, compared with what was saved first (which is still so when this is first
    asked). */
-static bool keeps_shape(const qw_repair_site *s, qw_window *p, float least_area)
+static bool keeps_shape(const qw_repair_site *s, qw_window *p)
 {
     float area = find_area(p), far = find_farthest(s, p);
     if (p->farthest < 0) {
@@ -259,7 +259,7 @@ static bool keeps_shape(const qw_repair_site *s, qw_window *p, float least_area)
         p->farthest = fmaxf(FARTHEST * s->edge, find_farthest(s, p)), p->area = find_area(p);
         memcpy(p->position, now, size);
     }
-    return far <= p->farthest && area >= least_area * p->area;
+    return far <= p->farthest && area >= p->least_area * p->area;
 }
 
 /* The faults of the window as it is. As soon as those found so far are no fewer than `most` they are returned, as the
@@ -286,11 +286,11 @@ static qw_faults faults_at_most(qw_repair_site *s, const qw_window *p, qw_faults
     return sum;
 }
 
-bool qw_window_keep_better(qw_repair_site *s, qw_window *p, float least_area)
+bool qw_window_keep_better(qw_repair_site *s, qw_window *p)
 {
     assert(s->tree && p->quads.face_count <= QW_WINDOW_FACES);
     qw_faults now = faults_at_most(s, p, p->faults);
-    if (!qw_fewer_faults(now, p->faults) || !keeps_shape(s, p, least_area)) return false;
+    if (!qw_fewer_faults(now, p->faults) || !keeps_shape(s, p)) return false;
     p->faults = now;
     qw_window_save(p);
     return true;

@@ -70,6 +70,7 @@ typedef struct qw_window {
     qw_freedom freedom;
     qw_faults faults;     /* of the best so far, which is saved */
     float farthest, area; /* of the first; farthest < 0: not known yet */
+    float least_area;     /* share of the first's area that must be left */
     qw_vec3 saved_position[QW_WINDOW_VERTICES], saved_ground[QW_WINDOW_VERTICES];
     uint32_t saved_edge[QW_WINDOW_VERTICES];
     qw_vec3 up[QW_WINDOW_FACES], foot[QW_WINDOW_FACES]; /* scratch of the search: the surface at each quad's middle */
@@ -89,9 +90,8 @@ static inline uint32_t qw_window_component(const qw_repair_site *site, const qw_
 /* What is wrong with the window, or with one of its quads, as it is now. */
 qw_faults qw_window_faults_of(qw_repair_site *site, const qw_window *window, uint32_t f);
 
-/* Whether the window has fewer faults than what is saved and has kept its shape, with at least that share of its first
-   area: then it is what is saved. */
-bool qw_window_keep_better(qw_repair_site *site, qw_window *window, float least_area);
+/* Whether the window has fewer faults than what is saved and has kept its shape: then it is what is saved. */
+bool qw_window_keep_better(qw_repair_site *site, qw_window *window);
 void qw_window_save(qw_window *window);
 void qw_window_restore(qw_window *window);
 
@@ -112,8 +112,9 @@ qw_faults qw_faults_of_quad(const qw_flip_judge *judge, const qw_vec3 *position,
 /* ---- better positions, place.c */
 
 typedef enum qw_placing {
-    QW_MEMBRANE, /* spread out between what is fixed, then brought back onto the surface */
-    QW_SEARCH    /* vertex by vertex, from where they are */
+    QW_MEMBRANE,       /* spread out between what is fixed, then brought back onto the surface */
+    QW_SEARCH,         /* vertex by vertex, from where they are */
+    QW_MEMBRANE_SEARCH /* vertex by vertex, from the membrane */
 } qw_placing;
 
 /* Saves the best that is found; the window is left as saved. window->faults: of the window as it is. */
