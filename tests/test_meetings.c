@@ -595,8 +595,8 @@ static void strips_are_those_of_walks(void **state)
     qw_env_destroy(env);
 }
 
-/* Counts by what has changed are those by all, move after move, also where edges outgrow the room that they had; a
-   bound ends a count only where more cross. */
+/* Counts by what has changed are those by all, move after move, kept or undone, also where edges outgrow the room that
+   they had; a bound ends a count only where more cross. */
 static void strips_are_linked_anew(void **state)
 {
     (void)state;
@@ -607,27 +607,32 @@ static void strips_are_linked_anew(void **state)
     qw_complex_weigh(&c);
     unit_rng r = {74};
     qw_strip_room room = {0};
-    qw_lay_strips(env, &c, &room);
-    uint32_t *face = QW_NEW(env, uint32_t, 2 * c.edge_count), moves = 0, crossing = 0;
+    double kept = qw_count_strips(env, &c, &room).crossing_area;
+    uint32_t *face = QW_NEW(env, uint32_t, 2 * c.edge_count), moves = 0, crossing = 0, ended = 0;
     qw_int2 *had = QW_NEW(env, qw_int2, c.edge_count);
-    for (int k = 0; k < 400; k++) {
+    for (int k = 0; k < 600; k++) {
         memcpy(had, c.d, c.edge_count * sizeof *had);
         if (!qw_step_offsets(env, &c, unit_random(&r, 2 * c.edge_count), k % 2 ? 1 : -1, LONG, 1e4)) continue;
         uint32_t count = 0;
         for (uint32_t e = 0; e < c.edge_count; e++)
             for (uint32_t i = 2 * e; i < 2 * e + 2 && memcmp(&c.d[e], &had[e], sizeof *had); i++)
                 if (c.side[i] != QW_NONE) face[count++] = c.side[i] / 3;
-        qw_link_strips(env, &c, &room, face, count);
         qw_strip_room other = {0};
-        qw_strip_counts all = qw_count_strips(env, &c, &other), now = qw_follow_strips(&c, &room, INFINITY);
-        assert_int_equal(now.strips, all.strips);
-        assert_int_equal(now.crossing, all.crossing);
-        assert_true(fabs(now.crossing_area - all.crossing_area) < 1e-6);
-        double half = qw_follow_strips(&c, &room, all.crossing_area / 2).crossing_area;
-        assert_true(all.crossing == 0 || (half > all.crossing_area / 2 && half < all.crossing_area + 1e-6));
-        moves++, crossing += all.crossing > 0;
+        qw_strip_counts all = qw_count_strips(env, &c, &other);
+        double most = k % 3 == 0 ? all.crossing_area / 2 : INFINITY,
+               now = qw_change_strips(env, &c, &room, face, count, most);
+        assert_true(now > most ? now < all.crossing_area + 1e-6 : fabs(now - all.crossing_area) < 1e-6);
+        moves++, crossing += all.crossing > 0, ended += now > most;
+        if (k % 3 == 1) {
+            qw_keep_strips(&room), kept = all.crossing_area;
+            assert_int_equal(room.crossing_count, all.crossing);
+        } else {
+            memcpy(c.d, had, c.edge_count * sizeof *had);
+            qw_undo_strips(env, &c, &room, face, count);
+        }
+        assert_true(fabs(room.area - kept) < 1e-6);
     }
-    assert_true(moves > 100 && crossing > 100);
+    assert_true(moves > 100 && crossing > 100 && ended > 50);
     qw_env_destroy(env);
 }
 

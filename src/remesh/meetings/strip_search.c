@@ -153,8 +153,7 @@ static bool is_below(qw_env *env, strip_search *s, double bound, outcome *known)
     double others = score_of(t, &s->now);
     known->least = bound;
     if (others >= bound) return false;
-    qw_link_strips(env, s->c, &s->room, s->face, s->face_count);
-    s->now.crossing = qw_follow_strips(s->c, &s->room, bound - others).crossing_area;
+    s->now.crossing = qw_change_strips(env, s->c, &s->room, s->face, s->face_count, bound - others);
     s->now.score = score_of(t, &s->now);
     s->counts++;
     if (s->now.crossing > bound - others || s->now.score >= bound) return false;
@@ -174,9 +173,12 @@ static bool try_move(qw_env *env, strip_search *s, uint32_t i, int32_t sign, uin
     *known = (outcome){s->offsets, INFINITY};
     open_faces(s, i, number);
     make_move(s, i, sign);
-    if (close_faces(s, i) && is_below(env, s, bound, known)) return true;
+    if (close_faces(s, i) && is_below(env, s, bound, known)) {
+        qw_keep_strips(&s->room);
+        return true;
+    }
     make_move(s, i, -sign);
-    if (s->counts > counts) qw_link_strips(env, s->c, &s->room, s->face, s->face_count);
+    if (s->counts > counts) qw_undo_strips(env, s->c, &s->room, s->face, s->face_count);
     for (uint32_t k = 0; k < s->face_count; k++) s->energy[s->face[k]] = s->had[k];
     s->now = had;
     return false;

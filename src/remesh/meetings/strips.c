@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The places of component k of edge e have the numbers from first[2 e + k] on, as many as it is long, from the tail of
-   the edge's first half-edge on; before first[2 e + k + 1] there is room for RESERVE more. */
-enum { RESERVE = 4 };
+/* The places of component k of edge e have the numbers from first[2 e + k] on, places[2 e + k] of them, as many as it
+   is long, from the tail of the edge's first half-edge on; before first[2 e + k + 1] there is room for RESERVE more. */
+enum { RESERVE = 6 };
 
 /* What a half-edge is along one axis of its triangle's frame. */
 typedef struct side {
@@ -31,44 +31,41 @@ static void look_along(const qw_complex *c, const uint32_t *first, uint32_t h, s
     }
 }
 
-static uint32_t place_on(const side *s, uint32_t i) { return s->first + (uint32_t)(s->by * (int32_t)i); }
+/* What lies in a triangle along one axis: its column, and the coordinates of the places of its longest side. */
+typedef struct across {
+    uint32_t column;
+    int32_t at, by; /* the lower coordinate of the first place, and how it goes on from one to the next */
+    double width;   /* at the corner opposite, where the triangle is widest */
+} across;
 
 /* Links the places of two sides of a triangle between which strips pass: `count` of them, beside the corner where `out`
-   begins and `in` ends. They run through the triangle over a length that grows from nothing at the corner to `width`,
-   which is put down at the places of the first of the two. */
-static void link_around(qw_strip_room *r, const side *out, const side *in, uint32_t count, double width)
+   begins and `in` ends. They run through the triangle over a length that grows from nothing at the corner to the width.
+   at: the coordinate of the first. */
+static void link_around(qw_strip_room *r, const side *out, const side *in, uint32_t count, const across *t, int32_t at,
+                        int32_t by)
 {
-    uint32_t a = 2 * out->first + out->end, b = 2 * place_on(in, in->count - 1) + in->end;
+    uint32_t a = 2 * out->first + out->end, b = 2 * (in->first + (uint32_t)(in->by * (int32_t)(in->count - 1))) + in->end;
     uint32_t a_by = (uint32_t)(2 * out->by), b_by = (uint32_t)(-2 * in->by);
-    double step = width / count, length = step / 2;
-    for (uint32_t i = 0; i < count; i++, a += a_by, b += b_by, length += step) {
-        r->beyond[a] = b, r->beyond[b] = a;
-        r->part[a] = length, r->part[b] = 0;
+    double step = t->width / count, length = step / 2;
+    for (uint32_t i = 0; i < count; i++, a += a_by, b += b_by, length += step, at += by) {
+        r->link[a] = (qw_strip_link){b, t->column, at, length};
+        r->link[b] = (qw_strip_link){a, t->column, at, length};
     }
 }
 
-/* The places of a triangle along an axis are those of its longest side, in the order of their coordinates from the
-   first corner on. */
-static qw_strip_rows rows_of(const side s[3], unsigned longest)
-{
-    const side *l = &s[longest];
-    int32_t at = longest == 0 ? 0 : longest == 1 ? s[0].steps : s[0].steps + s[1].steps;
-    if (l->steps >= 0) return (qw_strip_rows){at, l->count, l->first, l->by};
-    return (qw_strip_rows){at + l->steps, l->count, place_on(l, l->count - 1), -l->by};
-}
-
-/* What crosses the longest side of a triangle leaves it by one of the two others, in order. s: its sides along an axis.
-   Returns the rows, none where the triangle has no area. */
-static qw_strip_rows pass_triangle(qw_strip_room *r, const side s[3], double double_area)
+/* What crosses the longest side of a triangle leaves it by one of the two others, in order. s: its sides along an
+   axis. */
+static void pass_triangle(qw_strip_room *r, const side s[3], double double_area, uint32_t column)
 {
     unsigned longest = s[1].count > s[0].count;
     if (s[2].count > s[longest].count) longest = 2;
     const side *most = &s[longest], *next = &s[longest == 2 ? 0 : longest + 1], *before = &s[longest ? longest - 1 : 2];
     assert(next->count + before->count == most->count);
-    double width = double_area / most->count; /* at the corner opposite, where the triangle is widest */
-    if (before->count > 0) link_around(r, most, before, before->count, width);
-    if (next->count > 0) link_around(r, next, most, next->count, width);
-    return double_area > 0 ? rows_of(s, longest) : (qw_strip_rows){0};
+    int32_t tail = longest == 0 ? 0 : longest == 1 ? s[0].steps : s[0].steps + s[1].steps, count = (int32_t)most->count;
+    across t = {.column = double_area > 0 ? column : QW_NONE, .width = double_area / most->count};
+    t.by = most->steps >= 0 ? 1 : -1, t.at = most->steps >= 0 ? tail : tail - 1;
+    if (before->count > 0) link_around(r, most, before, before->count, &t, t.at, t.by);
+    if (next->count > 0) link_around(r, next, most, next->count, &t, t.at + t.by * (count - 1), -t.by);
 }
 
 static void pass_along_axes(const qw_complex *c, qw_strip_room *r, uint32_t f)
@@ -76,8 +73,8 @@ static void pass_along_axes(const qw_complex *c, qw_strip_room *r, uint32_t f)
     side x[3], y[3];
     for (unsigned i = 0; i < 3; i++) look_along(c, r->first, 3 * f + i, &x[i], &y[i]);
     double area = (double)x[0].steps * y[1].steps - (double)x[1].steps * y[0].steps, double_area = area > 0 ? area : 0;
-    r->rows[2 * f] = pass_triangle(r, x, double_area);
-    r->rows[2 * f + 1] = pass_triangle(r, y, double_area);
+    pass_triangle(r, x, double_area, 2 * f);
+    pass_triangle(r, y, double_area, 2 * f + 1);
 }
 
 static uint32_t places_of(const qw_complex *c, uint32_t component)
@@ -86,49 +83,33 @@ static uint32_t places_of(const qw_complex *c, uint32_t component)
     return (uint32_t)abs(component & 1u ? d.y : d.x);
 }
 
-void qw_lay_strips(qw_env *env, const qw_complex *c, qw_strip_room *r)
+/* Lays out the places of all edges and links them through all triangles. */
+static void lay(qw_env *env, const qw_complex *c, qw_strip_room *r)
 {
-    r->first = qw_grow(env, r->first, &r->first_room, 2 * (size_t)c->edge_count + 1, sizeof *r->first);
+    uint32_t components = 2 * c->edge_count;
+    r->first = qw_grow(env, r->first, &r->room[0], (size_t)components + 1, sizeof *r->first);
+    r->places = qw_grow(env, r->places, &r->room[1], components, sizeof *r->places);
     r->first[0] = 0;
-    for (uint32_t i = 0; i < 2 * c->edge_count; i++) r->first[i + 1] = r->first[i] + places_of(c, i) + RESERVE;
-    size_t count = (size_t)r->first[2 * c->edge_count] + 1;
-    r->strip = qw_grow(env, r->strip, &r->strip_room, count, sizeof *r->strip);
-    r->beyond = qw_grow(env, r->beyond, &r->beyond_room, 2 * count, sizeof *r->beyond);
-    r->part = qw_grow(env, r->part, &r->part_room, 2 * count, sizeof *r->part);
-    r->length = qw_grow(env, r->length, &r->length_room, count, sizeof *r->length);
-    r->face = qw_grow(env, r->face, &r->face_room, count, sizeof *r->face);
-    r->last = qw_grow(env, r->last, &r->last_room, count, sizeof *r->last);
-    r->before = qw_grow(env, r->before, &r->before_room, count, sizeof *r->before);
-    r->crosses = qw_grow(env, r->crosses, &r->crosses_room, count, sizeof *r->crosses);
-    r->rows = qw_grow(env, r->rows, &r->rows_room, 2 * (size_t)c->face_count, sizeof *r->rows);
-    for (uint32_t e = 0; e < c->edge_count; e++) /* strips end at the boundary */
-        for (uint32_t i = r->first[2 * e]; i < r->first[2 * e + 2] && c->side[2 * e + 1] == QW_NONE; i++)
-            r->beyond[2 * i + 1] = QW_NONE, r->part[2 * i + 1] = 0;
+    for (uint32_t i = 0; i < components; i++)
+        r->places[i] = places_of(c, i), r->first[i + 1] = r->first[i] + r->places[i] + RESERVE;
+    size_t count = (size_t)r->first[components] + 1;
+    r->link = qw_grow(env, r->link, &r->room[2], 2 * count, sizeof *r->link);
+    r->strip = qw_grow(env, r->strip, &r->room[3], count, sizeof *r->strip);
+    r->crossing = qw_grow(env, r->crossing, &r->room[4], count, sizeof *r->crossing);
+    r->crossing_now = qw_grow(env, r->crossing_now, &r->room[5], count, sizeof *r->crossing_now);
+    r->before = qw_grow(env, r->before, &r->room[6], 2 * count, sizeof *r->before);
+    r->last = qw_grow(env, r->last, &r->room[7], 2 * (size_t)c->face_count, sizeof *r->last);
+    r->follows = qw_grow(env, r->follows, &r->room[8], 2 * (size_t)c->face_count, sizeof *r->follows);
+    r->number = qw_grow(env, r->number, &r->room[9], count, sizeof *r->number);
+    r->name = qw_grow(env, r->name, &r->room[10], count, sizeof *r->name);
+    r->followed = qw_grow(env, r->followed, &r->room[11], count, sizeof *r->followed);
+    memset(r->follows, 0, 2 * (size_t)c->face_count * sizeof *r->follows);
+    memset(r->number, 0, count * sizeof *r->number);
+    r->numbers = 0;
+    for (uint32_t e = 0; e < components; e++) /* strips end at the boundary */
+        for (uint32_t i = r->first[e]; i < r->first[e + 1] && c->side[e | 1u] == QW_NONE; i++)
+            r->link[2 * i + 1] = (qw_strip_link){QW_NONE, QW_NONE, 0, 0};
     for (uint32_t f = 0; f < c->face_count; f++) pass_along_axes(c, r, f);
-}
-
-void qw_link_strips(qw_env *env, const qw_complex *c, qw_strip_room *r, const uint32_t *face, uint32_t count)
-{
-    assert(r->first && face);
-    bool has_room = true;
-    for (uint32_t h = 0; h < 3 * count && has_room; h++) {
-        uint32_t i = 2 * c->edge[3 * face[h / 3] + h % 3];
-        for (uint32_t k = i; k < i + 2; k++) has_room &= r->first[k] + places_of(c, k) <= r->first[k + 1];
-    }
-    if (!has_room) qw_lay_strips(env, c, r);
-    for (uint32_t i = 0; i < count && has_room; i++) pass_along_axes(c, r, face[i]);
-}
-
-/* Follows the strip through place i, which has no name yet, from there both ways; names all its places after it. */
-static void name_strip(qw_strip_room *r, uint32_t i)
-{
-    double length = r->part[2 * i] + r->part[2 * i + 1];
-    r->strip[i] = i;
-    for (uint32_t way = 0; way < 2; way++)
-        for (uint32_t at = r->beyond[2 * i + way]; at != QW_NONE && r->strip[at / 2] == QW_NONE;
-             at = r->beyond[at ^ 1u])
-            r->strip[at / 2] = i, length += r->part[at] + r->part[at ^ 1u];
-    r->length[i] = length;
 }
 
 /* Whether the middle of the cell of column x and row y lies in triangle f or on its sides. */
@@ -143,47 +124,118 @@ static bool has_middle(const qw_complex *c, uint32_t f, int64_t x, int64_t y)
     return true;
 }
 
-static uint32_t place_in(const qw_strip_rows *rows, uint32_t i)
+/* Puts the strip down in the triangle that it enters by link a. Returns whether it crosses itself there. */
+static bool crosses_in(const qw_complex *c, qw_strip_room *r, uint32_t a)
 {
-    return rows->first + (uint32_t)(rows->by * (int32_t)i);
+    uint32_t k = r->link[a].column, other = k ^ 1u, number = r->numbers;
+    if (k == QW_NONE) return false;
+    for (uint32_t q = r->follows[other] == number ? r->last[other] : QW_NONE; q != QW_NONE; q = r->before[q]) {
+        int32_t x = r->link[k & 1u ? q : a].at, y = r->link[k & 1u ? a : q].at;
+        if (has_middle(c, k / 2, x, y)) return true;
+    }
+    r->before[a] = r->follows[k] == number ? r->last[k] : QW_NONE;
+    r->last[k] = a, r->follows[k] = number;
+    return false;
 }
 
-/* Finds the strips that cross themselves in triangle f and have not in any before, and counts them. */
-static void find_crossings(const qw_complex *c, uint32_t f, qw_strip_room *r, qw_strip_counts *counts)
+/* Follows the strip through place i both ways, and names all its places after it. *length: its quads, those twice that
+   it crosses at. Returns whether it crosses itself; it may not be followed to its end where it does over more than
+   `most`. */
+static bool follow(const qw_complex *c, qw_strip_room *r, uint32_t i, double most, double *length)
 {
-    const qw_strip_rows *x = &r->rows[2 * f], *y = x + 1;
-    for (uint32_t i = 0; i < x->count; i++) { /* the columns of each strip, as a list from the last one on */
-        uint32_t place = place_in(x, i), strip = r->strip[place];
-        r->before[place] = r->face[strip] == f ? r->last[strip] : QW_NONE;
-        r->face[strip] = f, r->last[strip] = i;
-    }
-    for (uint32_t j = 0; j < y->count; j++) {
-        uint32_t strip = r->strip[place_in(y, j)];
-        if (r->crosses[strip] || r->face[strip] != f) continue;
-        for (uint32_t i = r->last[strip]; i != QW_NONE && !r->crosses[strip]; i = r->before[place_in(x, i)])
-            r->crosses[strip] = has_middle(c, f, x->least + (int64_t)i, y->least + (int64_t)j);
-        if (r->crosses[strip] && r->length[strip] > 0) counts->crossing++, counts->crossing_area += r->length[strip];
-    }
+    uint32_t number = ++r->numbers;
+    bool crosses = false;
+    *length = 0;
+    r->number[i] = number, r->name[i] = i, r->followed[r->follow_count++] = i;
+    for (uint32_t way = 0; way < 2; way++)
+        for (uint32_t a = 2 * i + way, b; (b = r->link[a].beyond) != QW_NONE; a = b ^ 1u) {
+            uint32_t p = b / 2;
+            *length += r->link[a].part;
+            crosses = crosses || crosses_in(c, r, a);
+            if (r->number[p] == number || (crosses && *length > most)) return crosses;
+            r->number[p] = number, r->name[p] = i, r->followed[r->follow_count++] = p;
+        }
+    return crosses;
 }
 
-qw_strip_counts qw_follow_strips(const qw_complex *c, qw_strip_room *r, double most)
+/* Follows the strip through place i for the change at hand. */
+static double follow_for_change(const qw_complex *c, qw_strip_room *r, uint32_t i, double most)
+{
+    double length;
+    bool crosses = follow(c, r, i, most, &length) && length > 0;
+    r->crossing_now[i] = crosses ? length : 0;
+    r->change += r->crossing_now[i], r->change_count += crosses;
+    return length;
+}
+
+void qw_keep_strips(qw_strip_room *r)
+{
+    for (uint32_t i = 0; i < r->follow_count; i++) {
+        uint32_t p = r->followed[i];
+        r->strip[p] = r->name[p];
+        if (r->name[p] == p) r->crossing[p] = r->crossing_now[p];
+    }
+    r->crossing_count += r->change_count, r->area = r->crossing_count > 0 ? r->area + r->change : 0;
+    r->follow_count = r->change_count = 0, r->change = 0, r->is_laid_anew = false;
+}
+
+qw_strip_counts qw_count_strips(qw_env *env, const qw_complex *c, qw_strip_room *r)
 {
     qw_strip_counts k = {0};
-    uint32_t components = 2 * c->edge_count, places = r->first[components];
-    memset(r->strip, 0xff, places * sizeof *r->strip);
-    memset(r->face, 0xff, places * sizeof *r->face), memset(r->crosses, 0, places);
-    for (uint32_t e = 0; e < components; e++)
-        for (uint32_t i = r->first[e], end = i + places_of(c, e); i < end; i++) {
-            if (r->strip[i] != QW_NONE) continue;
-            name_strip(r, i);
-            if (r->length[i] > 0) k.strips++, k.area += r->length[i];
+    lay(env, c, r);
+    r->follow_count = r->change_count = r->crossing_count = 0, r->change = r->area = 0;
+    for (uint32_t e = 0; e < 2 * c->edge_count; e++)
+        for (uint32_t i = r->first[e], end = i + r->places[e]; i < end; i++) {
+            if (r->number[i] > 0) continue;
+            double length = follow_for_change(c, r, i, INFINITY);
+            if (length > 0) k.strips++, k.area += length;
         }
-    for (uint32_t f = 0; f < c->face_count && k.crossing_area <= most; f++) find_crossings(c, f, r, &k);
+    qw_keep_strips(r);
+    k.crossing = r->crossing_count, k.crossing_area = r->area;
     return k;
 }
 
-qw_strip_counts qw_count_strips(qw_env *env, const qw_complex *c, qw_strip_room *room)
+/* Links the places anew in these triangles. Returns false where one of their sides has no room for its places. */
+static bool link_anew(const qw_complex *c, qw_strip_room *r, const uint32_t *face, uint32_t count)
 {
-    qw_lay_strips(env, c, room);
-    return qw_follow_strips(c, room, INFINITY);
+    for (uint32_t h = 0; h < 6 * count; h++) {
+        uint32_t k = 2 * c->edge[3 * face[h / 6] + h % 6 / 2] + h % 2;
+        r->places[k] = places_of(c, k);
+        if (r->first[k] + r->places[k] > r->first[k + 1]) return false;
+    }
+    for (uint32_t i = 0; i < count; i++) pass_along_axes(c, r, face[i]);
+    return true;
+}
+
+double qw_change_strips(qw_env *env, const qw_complex *c, qw_strip_room *r, const uint32_t *face, uint32_t count,
+                        double most)
+{
+    assert(r->first && face && r->follow_count == 0);
+    uint32_t number = ++r->numbers; /* of all strips that meet the triangles before the change */
+    for (uint32_t h = 0; h < 6 * count; h++) {
+        uint32_t k = 2 * c->edge[3 * face[h / 6] + h % 6 / 2] + h % 2;
+        for (uint32_t i = r->first[k], end = i + r->places[k]; i < end; i++) {
+            uint32_t strip = r->strip[i];
+            if (r->number[strip] == number) continue;
+            r->number[strip] = number, r->change -= r->crossing[strip], r->change_count -= r->crossing[strip] > 0;
+        }
+    }
+    if (!link_anew(c, r, face, count)) {
+        qw_count_strips(env, c, r);
+        r->is_laid_anew = true;
+        return r->area;
+    }
+    for (uint32_t h = 0; h < 6 * count && r->area + r->change <= most; h++) {
+        uint32_t k = 2 * c->edge[3 * face[h / 6] + h % 6 / 2] + h % 2;
+        for (uint32_t i = r->first[k], end = i + r->places[k]; i < end && r->area + r->change <= most; i++)
+            if (r->number[i] <= number) follow_for_change(c, r, i, most - r->area - r->change);
+    }
+    return r->area + r->change;
+}
+
+void qw_undo_strips(qw_env *env, const qw_complex *c, qw_strip_room *r, const uint32_t *face, uint32_t count)
+{
+    r->follow_count = r->change_count = 0, r->change = 0;
+    if (r->is_laid_anew || !link_anew(c, r, face, count)) qw_count_strips(env, c, r);
+    r->is_laid_anew = false;
 }

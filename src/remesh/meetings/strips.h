@@ -13,37 +13,42 @@ typedef struct qw_strip_counts {
     double crossing_area;      /* of it in strips that cross themselves */
 } qw_strip_counts;
 
-/* The places that a triangle has along one axis of its frame: first, first + by, ... at coordinates least + 1/2, ... */
-typedef struct qw_strip_rows {
-    int32_t least;
-    uint32_t count, first;
-    int32_t by;
-} qw_strip_rows;
+/* What a strip meets in a triangle beside one of its places. */
+typedef struct qw_strip_link {
+    uint32_t beyond; /* where it goes on: 2 place + the half-edge that it arrives by, or QW_NONE */
+    uint32_t column; /* 2 face + the axis that it lies along, or QW_NONE in triangles without a positive area, */
+    int32_t at;      /* and its lower coordinate across */
+    double part;     /* quads in the triangle */
+} qw_strip_link;
 
-/* Room to count strips in, zeroed before the first count; for complexes of the same edges. */
+/* Strips as they are linked; zeroed before the first count; for complexes of the same edges. */
 typedef struct qw_strip_room {
-    uint32_t *first;     /* uint32_t[2 edges + 1]: see strips.c */
-    qw_strip_rows *rows; /* qw_strip_rows[2 faces]: along x, along y; none in those without a positive area */
-    /* [places]; those of a strip at the lowest of its places, which names it */
-    uint32_t *strip;       /* the name */
-    uint32_t *beyond;      /* uint32_t[2 places]: where the strip goes on in the triangle of the first half-edge, and of
-                              the second: 2 place + the half-edge that it arrives by, or QW_NONE */
-    double *part;          /* double[2 places]: quads of the strip in either triangle, put down at one of its ends */
-    double *length;        /* of a strip: quads, those twice where it crosses itself */
-    uint32_t *face, *last; /* of a strip: the last triangle in which it is a column, the last column there */
-    uint32_t *before;      /* of a column's place: the column before it of the same strip, or QW_NONE */
-    uint8_t *crosses;      /* of a strip: whether it crosses itself */
-    size_t first_room, rows_room, strip_room, beyond_room, part_room, length_room, face_room, last_room, before_room,
-        crosses_room;
+    uint32_t *first, *places; /* uint32_t[2 edges + 1], uint32_t[2 edges]: see strips.c */
+    qw_strip_link *link;      /* qw_strip_link[2 places]: in the triangle of the first half-edge, and of the second */
+    uint32_t *strip;          /* uint32_t[places]: a place of the strip, which names it */
+    double *crossing;         /* double[places], by name: its quads, those twice that it crosses at, or 0 where none */
+    uint32_t *before;         /* uint32_t[2 places]: the column before it of the same strip in the triangle */
+    uint32_t *last, *follows; /* uint32_t[2 faces] the last of these columns, of the strip with that number */
+    uint32_t crossing_count; /* strips that cross themselves, */
+    double area;             /* and their quads */
+    /* of the change at hand */
+    uint32_t *number, numbers;        /* uint32_t[places]: which of all strips that were ever followed */
+    uint32_t *followed, follow_count; /* uint32_t[places]: places of strips that were followed for it, */
+    uint32_t *name;                   /* uint32_t[places]: and their names */
+    double *crossing_now;             /* double[places], by name */
+    uint32_t change_count;            /* modulo 2^32: by how many more cross themselves, */
+    double change;                    /* with so many more quads */
+    bool is_laid_anew;
+    size_t room[12];
 } qw_strip_room;
 
 /* c: closed, with integers in c->d. Triangles without a positive area count nothing. */
 qw_strip_counts qw_count_strips(qw_env *env, const qw_complex *c, qw_strip_room *room);
 
-/* Lays out the places of all edges and links them through all triangles. */
-void qw_lay_strips(qw_env *env, const qw_complex *c, qw_strip_room *room);
-/* Links the places anew in these triangles, all that have a side whose integers have changed. */
-void qw_link_strips(qw_env *env, const qw_complex *c, qw_strip_room *room, const uint32_t *face, uint32_t count);
-/* Follows the strips as they are linked. Ends once more than so many quads cross themselves: these are counted then,
-   the others may be not. */
-qw_strip_counts qw_follow_strips(const qw_complex *c, qw_strip_room *room, double most);
+/* After a count, where integers have changed: links the places anew in these triangles, all that have a side with other
+   integers, and follows the strips that meet them. Returns the area in strips that cross themselves, or more than
+   `most` where it is. Afterwards the change is kept, or the integers are set back and it is undone. */
+double qw_change_strips(qw_env *env, const qw_complex *c, qw_strip_room *room, const uint32_t *face, uint32_t count,
+                        double most);
+void qw_keep_strips(qw_strip_room *room);
+void qw_undo_strips(qw_env *env, const qw_complex *c, qw_strip_room *room, const uint32_t *face, uint32_t count);
