@@ -44,7 +44,8 @@ typedef struct across {
 static void link_around(qw_strip_room *r, const side *out, const side *in, uint32_t count, const across *t, int32_t at,
                         int32_t by)
 {
-    uint32_t a = 2 * out->first + out->end, b = 2 * (in->first + (uint32_t)(in->by * (int32_t)(in->count - 1))) + in->end;
+    uint32_t a = 2 * out->first + out->end,
+             b = 2 * (in->first + (uint32_t)(in->by * (int32_t)(in->count - 1))) + in->end;
     uint32_t a_by = (uint32_t)(2 * out->by), b_by = (uint32_t)(-2 * in->by);
     double step = t->width / count, length = step / 2;
     for (uint32_t i = 0; i < count; i++, a += a_by, b += b_by, length += step, at += by) {

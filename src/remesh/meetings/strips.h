@@ -29,8 +29,8 @@ typedef struct qw_strip_room {
     double *crossing;         /* double[places], by name: its quads, those twice that it crosses at, or 0 where none */
     uint32_t *before;         /* uint32_t[2 places]: the column before it of the same strip in the triangle */
     uint32_t *last, *follows; /* uint32_t[2 faces] the last of these columns, of the strip with that number */
-    uint32_t crossing_count; /* strips that cross themselves, */
-    double area;             /* and their quads */
+    uint32_t crossing_count;  /* strips that cross themselves, */
+    double area;              /* and their quads */
     /* of the change at hand */
     uint32_t *number, numbers;        /* uint32_t[places]: which of all strips that were ever followed */
     uint32_t *followed, follow_count; /* uint32_t[places]: places of strips that were followed for it, */
