@@ -932,6 +932,7 @@ static void test_lists(void **unused)
          true},
         {"\"X\",\"Y\",\"Z\",\"name\",\"NX\",\"NY\",\"NZ\"\n0,0.5,0,ab,0.6,0,0.8\n1,0.5,0,,0,1,0\n0,1.5,0,c,0,0,1\n",
          false, true},
+        {"id,Easting,Northing,height\n7,0,0.5,0\n8,1,0.5,0\n9,0,1.5,0\n", false, false},
         {"//X Y Z R G B\n0 0.5 0 65535 13107 0\n1 0.5 0 0 0 0\n0 1.5 0 0 0 9\n", true, false},
         {"# made by hand\n0 0.5 0 0.6 0 0.8\n1 0.5 0\n0 1.5 0 0 0 -1\n", false, false},
         {"# x y z nx ny nz\n0 0.5 0 0.6 0 0.8\n1 0.5 0\n0 1.5 0 0 0 -1\n", false, true},

@@ -34,13 +34,14 @@ typedef struct columns {
     float *value;    /* float[rows][width]; NaN where there is no number */
     size_t capacity; /* floats */
     size_t rows;
+    bool has_other_names; /* and none of the coordinates */
 } columns;
 
 static role role_named(qw_word word)
 {
-    static const char *const names[][4] = {{"x"},
-                                           {"y"},
-                                           {"z"},
+    static const char *const names[][4] = {{"x", "east", "easting"},
+                                           {"y", "north", "northing"},
+                                           {"z", "height", "elevation", "altitude"},
                                            {"r", "red", "rf"},
                                            {"g", "green", "gf"},
                                            {"b", "blue", "bf"},
@@ -189,11 +190,14 @@ static void take_names(const list *l, columns *c)
     bool is_comment = *ahead.text.at == '#' || *ahead.text.at == '/';
     while (*ahead.text.at == '#' || *ahead.text.at == '/') ahead.text.at++;
     for (int r = 0; r < ROLES; r++) named.of[r] = -1;
-    for (int i = 0; i < MOST_FIELDS && !qw_text_line_ends(&ahead.text); i++) {
+    int cells = 0;
+    for (; cells < MOST_FIELDS && !qw_text_line_ends(&ahead.text); cells++) {
         role r = role_named(take_cell(&ahead));
-        if (r < ROLES && named.of[r] < 0) named.of[r] = i;
+        if (r < ROLES && named.of[r] < 0) named.of[r] = cells;
     }
-    if (named.of[X] >= 0 && named.of[Y] >= 0 && named.of[Z] >= 0 && (!is_comment || named.of[X] == 0)) *c = named;
+    bool has_all = named.of[X] >= 0 && named.of[Y] >= 0 && named.of[Z] >= 0;
+    if (has_all && (!is_comment || named.of[X] == 0)) *c = named;
+    c->has_other_names = !has_all && !is_comment && cells > 2;
 }
 
 static void take_point(list *l, qw_builder *b)
@@ -275,6 +279,8 @@ qw_soup qw_read_xyz(qw_env *env, const char *name, qw_bytes bytes)
     if (b.soup.vertex_count == 0) qw_fail(env, QW_FORMAT_UNKNOWN, -1, "%s: no line begins with three numbers", name);
     qw_soup soup = qw_build_finish_points(&b);
     columns *c = &l.columns;
+    if (c->has_other_names)
+        qw_log(env, QW_LOG_WARNING, "%s: no columns are named x, y and z: the first three are taken", name);
     bool has_names = false;
     for (int r = RED; r < ROLES; r++) has_names |= c->of[r] >= c->width ? (c->of[r] = -1, false) : c->of[r] >= 0;
     if (!has_names && l.is_uneven)
