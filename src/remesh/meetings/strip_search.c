@@ -1,7 +1,6 @@
 #include "remesh/meetings/strip_search.h"
 
 #include "base/constants.h"
-#include "base/groups.h"
 #include "base/hash.h"
 #include "remesh/meetings/strips.h"
 #include "remesh/quantise/circuits.h"
@@ -16,13 +15,13 @@
 static const double LEFT_WORTH = 6;
 /* Quads by which a move may make the score worse at first. */
 static const double FIRST_THRESHOLD = 20;
-/* CHAINS: searches, of which the best is taken. MOST_COUNTS: times that each counts strips. TRIES: steps that are
+/* CHAINS: searches, of which the best is taken. MOST_COUNTS: times that each counts strips. TRIES: moves that are
    tried, for each: most of those that are tried again from the same offsets are known to fail. */
-enum { CHAINS = 2, MOST_COUNTS = 4000, TRIES = 4 };
+enum { CHAINS = 2, MOST_COUNTS = 2000, TRIES = 4 };
 
 /* What a move does to one edge, in the edge's own frame. */
 typedef struct change {
-    uint32_t edge, move;
+    uint32_t edge;
     qw_int2 by;
 } change;
 
@@ -32,14 +31,7 @@ typedef struct moves {
     uint32_t *begin; /* uint32_t[count + 1] */
     change *change;
     size_t changes, room;
-    uint32_t *first, *of_edge; /* uint32_t[edges + 2], uint32_t[changes]: the changes of each edge (base/groups.h) */
 } moves;
-
-/* A move or its opposite, or two that change the same edge: a closed move along another circuit. */
-typedef struct step {
-    uint32_t count, move[2];
-    int32_t sign[2];
-} step;
 
 /* What is known of the offsets at hand. */
 typedef struct state {
@@ -76,7 +68,7 @@ static void add_move(qw_env *env, moves *m, const qw_complex *c, const qw_int2 *
         qw_int2 by = qw_int2_sub(c->d[e], had[e]);
         if (qw_int2_is_zero(by)) continue;
         m->change = qw_grow(env, m->change, &m->room, m->changes + 1, sizeof *m->change);
-        m->change[m->changes++] = (change){e, m->count, by};
+        m->change[m->changes++] = (change){e, by};
     }
     m->begin[++m->count] = (uint32_t)m->changes;
 }
@@ -96,34 +88,15 @@ static moves find_moves(qw_env *env, const qw_complex *of)
         if (!qw_is_fixed(of->fixed[v / 2], v) && qw_step_offsets(env, &c, v, 1, QW_LONGEST_WALK, QW_MOST_WALK_COST))
             add_move(env, &m, &c, of->d);
     }
-    uint32_t *edge = QW_NEW(env, uint32_t, m.changes + 1);
-    for (size_t k = 0; k < m.changes; k++) edge[k] = m.change[k].edge;
-    m.of_edge = qw_group(env, edge, (uint32_t)m.changes, c.edge_count, &m.first);
     return m;
 }
 
-/* Any step; half of them are of two moves. */
-static step pick_step(const moves *m, uint64_t random)
+static void make_move(strip_search *s, uint32_t i, int32_t sign)
 {
-    step p = {1, {(uint32_t)((random >> 1 & 0x7fffffff) % m->count)}, {random & 1u ? 1 : -1, 1}};
-    uint64_t other = qw_mix(random);
-    if (other & 1u) return p;
-    uint32_t begin = m->begin[p.move[0]], count = m->begin[p.move[0] + 1] - begin,
-             e = m->change[begin + (uint32_t)(other >> 2 & 0xffff) % count].edge;
-    count = m->first[e + 1] - m->first[e];
-    p.move[1] = m->change[m->of_edge[m->first[e] + (uint32_t)(other >> 32) % count]].move;
-    p.count = 1 + (p.move[1] != p.move[0]), p.sign[1] = other & 2u ? 1 : -1;
-    return p;
-}
-
-/* way: 1, or -1 to take it back. */
-static void make_step(strip_search *s, const step *p, int32_t way)
-{
-    for (uint32_t i = 0; i < p->count; i++)
-        for (uint32_t k = s->moves.begin[p->move[i]]; k < s->moves.begin[p->move[i] + 1]; k++) {
-            qw_int2 *d = &s->c->d[s->moves.change[k].edge], by = s->moves.change[k].by;
-            d->x += way * p->sign[i] * by.x, d->y += way * p->sign[i] * by.y;
-        }
+    for (uint32_t k = s->moves.begin[i]; k < s->moves.begin[i + 1]; k++) {
+        qw_int2 *d = &s->c->d[s->moves.change[k].edge], by = s->moves.change[k].by;
+        d->x += sign * by.x, d->y += sign * by.y;
+    }
 }
 
 /* ---- what is lowered */
@@ -138,10 +111,11 @@ static double score_of(const qw_meeting_terms *t, const state *s)
     return s->crossing + LEFT_WORTH * (t->worth * s->energy + qw_area_beyond(t->least_area, t->most_area, s->area));
 }
 
-/* Lists the faces beside a move's edges and takes their energies and areas out of the sums. */
-static void open_faces(strip_search *s, uint32_t move, uint32_t number)
+/* Lists the faces beside the move's edges and takes their energies and areas out of the sums. */
+static void open_faces(strip_search *s, uint32_t i, uint32_t number)
 {
-    for (uint32_t k = 2 * s->moves.begin[move]; k < 2 * s->moves.begin[move + 1]; k++) {
+    s->face_count = 0;
+    for (uint32_t k = 2 * s->moves.begin[i]; k < 2 * s->moves.begin[i + 1]; k++) {
         uint32_t h = s->c->side[2 * s->moves.change[k / 2].edge + k % 2], f = h / 3;
         if (h == QW_NONE || s->seen[f] == number) continue;
         s->seen[f] = number;
@@ -150,9 +124,9 @@ static void open_faces(strip_search *s, uint32_t move, uint32_t number)
     }
 }
 
-/* Adds them again, as they are now. Returns whether the step has inverted none, and no edge has lost its length or got
+/* Adds them again, as they are now. Returns whether the move has inverted none, and no edge has lost its length or got
    one that had none at first. */
-static bool close_faces(strip_search *s, const step *p)
+static bool close_faces(strip_search *s, uint32_t i)
 {
     bool sound = true;
     for (uint32_t k = 0; k < s->face_count && sound; k++) {
@@ -162,11 +136,10 @@ static bool close_faces(strip_search *s, const step *p)
         s->now.energy += s->energy[f], s->now.area += area;
         sound = area >= 0;
     }
-    for (uint32_t i = 0; i < p->count; i++)
-        for (uint32_t k = s->moves.begin[p->move[i]]; k < s->moves.begin[p->move[i] + 1] && sound; k++) {
-            uint32_t e = s->moves.change[k].edge;
-            sound = qw_int2_is_zero(s->c->d[e]) == qw_int2_is_zero(s->terms->first[e]);
-        }
+    for (uint32_t k = s->moves.begin[i]; k < s->moves.begin[i + 1] && sound; k++) {
+        uint32_t e = s->moves.change[k].edge;
+        sound = qw_int2_is_zero(s->c->d[e]) == qw_int2_is_zero(s->terms->first[e]);
+    }
     return sound;
 }
 
@@ -189,24 +162,22 @@ static bool is_below(qw_env *env, strip_search *s, double bound, outcome *known)
            qw_count_touching(env, t->component, s->c->d) <= t->touching;
 }
 
-/* Makes a step; takes it back unless it may be kept. number: of the try, from 1 on. */
-static bool try_step(qw_env *env, strip_search *s, const step *p, uint32_t number, double threshold)
+/* Makes a move, or its opposite; takes it back unless it may be kept. number: of the try, from 1 on. */
+static bool try_move(qw_env *env, strip_search *s, uint32_t i, int32_t sign, uint32_t number, double threshold)
 {
     state had = s->now;
-    outcome *known = &s->known[2 * p->move[0] + (p->sign[0] > 0)], of_two = {0};
+    outcome *known = &s->known[2 * i + (sign > 0)];
     double bound = had.score + threshold;
     uint32_t counts = s->counts;
-    if (p->count > 1) known = &of_two;
     if (known->offsets == s->offsets && known->least >= bound) return false;
     *known = (outcome){s->offsets, INFINITY};
-    s->face_count = 0;
-    for (uint32_t i = 0; i < p->count; i++) open_faces(s, p->move[i], number);
-    make_step(s, p, 1);
-    if (close_faces(s, p) && is_below(env, s, bound, known)) {
+    open_faces(s, i, number);
+    make_move(s, i, sign);
+    if (close_faces(s, i) && is_below(env, s, bound, known)) {
         qw_keep_strips(&s->room);
         return true;
     }
-    make_step(s, p, -1);
+    make_move(s, i, -sign);
     if (s->counts > counts) qw_undo_strips(env, s->c, &s->room, s->face, s->face_count);
     for (uint32_t k = 0; k < s->face_count; k++) s->energy[s->face[k]] = s->had[k];
     s->now = had;
@@ -256,9 +227,9 @@ static void run_chain(void *user)
         uint64_t random = qw_mix((uint64_t)k->number * tries + i);
         double left = fmin(1 - (double)i / tries, 1 - (double)s.counts / k->most_counts);
         double threshold = FIRST_THRESHOLD * (1 + k->number) * left * (double)(random >> 40) * 0x1p-24;
-        step p = pick_step(&s.moves, random);
+        uint32_t move = (uint32_t)((random >> 1 & 0x7fffffff) % s.moves.count);
         k->counts.tried++;
-        if (!try_step(k->env, &s, &p, i + 1, threshold)) continue;
+        if (!try_move(k->env, &s, move, random & 1u ? 1 : -1, i + 1, threshold)) continue;
         k->counts.kept++, s.offsets++;
         if (s.now.score >= best.score) continue;
         best = s.now;
@@ -297,7 +268,7 @@ qw_strip_search_counts qw_search_strips(qw_env *env, const qw_meeting_terms *ter
     assert(c->d && c->real && terms->first && share >= 0);
     qw_strip_search_counts counts = {0};
     uint32_t most = (uint32_t)(share * MOST_COUNTS);
-    if (4 * (double)c->edge_count > most) return counts; /* there are more moves than half the counts */
+    if (2 * (double)c->edge_count > most) return counts; /* there are more moves than counts */
     qw_scope_begin(env);
     moves all = find_moves(env, c);
     chain chains[CHAINS];

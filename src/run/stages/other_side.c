@@ -22,7 +22,7 @@
 enum { JUDGED = 4096 };
 /* The other side may be so much farther from its quads than the core's side is from its own, in the mean and at 99.9 %,
    and by so much of a mean edge besides. */
-static const double NEARLY_AS_NEAR = 1.1, MEAN_ENOUGH = 0.02, FAR_ENOUGH = 0.05, MOSTLY = 0.999;
+static const double NEARLY_AS_NEAR = 1.1, NEAR_ENOUGH = 0.02, MOSTLY = 0.999;
 /* In quads, what may be uncovered besides. */
 static const double UNCOVERED = 0.1;
 
@@ -174,6 +174,11 @@ static nearness nearness_of(qw_env *env, const qw_trimesh *m, const qw_halves *q
     return n;
 }
 
+static bool is_as_near(double other, double core, double edge)
+{
+    return other <= NEARLY_AS_NEAR * core + NEAR_ENOUGH * edge;
+}
+
 /* The area of a surface that is far from every quad, as a lost tip is, in quads. */
 static double uncovered_area(const qw_run_state *run, const qw_trimesh *m, const qw_halves *quads)
 {
@@ -207,10 +212,10 @@ static bool judge(const other_side *o, const qw_quadmesh *quads)
              other = nearness_of(run->env, &o->side.clean.mesh, &of_other);
     qw_log(run->env, QW_LOG_DEBUG, "the other side is off by %.3f and %.3f edges, the core by %.3f and %.3f",
            other.mean / run->rho, other.far / run->rho, core.mean / run->rho, core.far / run->rho);
-    bool suits =
-        o->flipped == 0 && !sticks_out(o) && other.mean <= NEARLY_AS_NEAR * core.mean + MEAN_ENOUGH * run->rho &&
-        other.far <= NEARLY_AS_NEAR * core.far + FAR_ENOUGH * run->rho &&
-        uncovered_area(run, &o->side.surface, &of_other) <= uncovered_area(run, &run->surface, &of_core) + UNCOVERED;
+    bool suits = o->flipped == 0 && !sticks_out(o) && is_as_near(other.mean, core.mean, run->rho) &&
+                 is_as_near(other.far, core.far, run->rho) &&
+                 uncovered_area(run, &o->side.surface, &of_other) <=
+                     uncovered_area(run, &run->surface, &of_core) + UNCOVERED;
     qw_scope_end(run->env);
     return suits;
 }
