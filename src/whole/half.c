@@ -126,8 +126,7 @@ static double area_of(const cut *c, uint32_t f, double *above)
 }
 
 /* Reverses heights if the side below the plane has the larger area (EQUAL_AREAS), so that the larger side is kept.
-   Single components stay, on whichever side they are, and those that are kept; with the other side none does, but
-   those that are left out then. */
+   Single components and those kept whole stay, on whichever side they are; on the other side only those left out do. */
 static void choose_side(cut *c, bool other)
 {
     double all = 0, above = 0, part;

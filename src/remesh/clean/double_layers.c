@@ -109,12 +109,26 @@ static bool are_layers(const layering *w, uint64_t pair, const meeting *m)
     return fold_back(m) && (open || m->within || m->same > (1 - MOST) * m->length);
 }
 
-/* How many of the sides of an edge are of the sheet of a. */
-static uint32_t sides_of_sheet(const qw_sheets *s, const uint64_t *side, uint32_t count, uint32_t a)
+/* Whether more than one of the sides of an edge is of this sheet, so that it is no rim of it. */
+static bool is_within(const qw_sheets *s, const uint64_t *side, uint32_t count, uint32_t sheet)
 {
     uint32_t sides = 0;
-    for (uint32_t i = 0; i < count; i++) sides += s->sheet[qw_side_half(side[i]) / 3] == a;
-    return sides;
+    for (uint32_t i = 0; i < count; i++) sides += s->sheet[qw_side_half(side[i]) / 3] == sheet;
+    return sides > 1;
+}
+
+/* Marks the pairs of sheets of which neither has its rim at this edge: they meet within. */
+static void meet_within(layering *w, const uint64_t *side, uint32_t count)
+{
+    const qw_sheets *s = w->sheets;
+    for (uint32_t i = 0; i < count; i++)
+        for (uint32_t k = i + 1; k < count; k++) {
+            uint32_t a = s->sheet[qw_side_half(side[i]) / 3], b = s->sheet[qw_side_half(side[k]) / 3];
+            uint64_t pair = qw_pair_key(a, b);
+            size_t at = qw_first_not_below(w->pair, w->pairs, pair);
+            if (at < w->pairs && w->pair[at] == pair && is_within(s, side, count, a) && is_within(s, side, count, b))
+                w->of[at].within = true;
+        }
 }
 
 /* Finds which pairs have an edge in one place that is a rim of neither; what is within has not been joined. */
@@ -129,14 +143,7 @@ static void find_within(qw_env *env, layering *w)
     for (uint32_t v = 0; v < s->vertex_count; v++)
         for (uint32_t i = edges.begin[v], end; i < edges.begin[v + 1]; i = end) {
             end = qw_edge_end(&edges, i, edges.begin[v + 1]);
-            for (uint32_t k = i + 1; k < end && end - i > 3 && end - i <= MOST_SIDES; k++) {
-                uint32_t a = s->sheet[qw_side_half(edges.side[i]) / 3], b = s->sheet[qw_side_half(edges.side[k]) / 3];
-                size_t at = qw_first_not_below(w->pair, w->pairs, qw_pair_key(a, b));
-                if (at < w->pairs && w->pair[at] == qw_pair_key(a, b) &&
-                    sides_of_sheet(s, edges.side + i, end - i, a) > 1 &&
-                    sides_of_sheet(s, edges.side + i, end - i, b) > 1)
-                    w->of[at].within = true;
-            }
+            if (end - i > 3 && end - i <= MOST_SIDES) meet_within(w, edges.side + i, end - i);
         }
     qw_edges_free(env, &edges);
 }

@@ -102,8 +102,7 @@ static void lay(qw_env *env, const qw_complex *c, qw_strip_room *r)
     r->last = qw_grow(env, r->last, &r->room[7], 2 * (size_t)c->face_count, sizeof *r->last);
     r->follows = qw_grow(env, r->follows, &r->room[8], 2 * (size_t)c->face_count, sizeof *r->follows);
     r->number = qw_grow(env, r->number, &r->room[9], count, sizeof *r->number);
-    r->name = qw_grow(env, r->name, &r->room[10], count, sizeof *r->name);
-    r->followed = qw_grow(env, r->followed, &r->room[11], count, sizeof *r->followed);
+    r->followed = qw_grow(env, r->followed, &r->room[10], count, sizeof *r->followed);
     memset(r->follows, 0, 2 * (size_t)c->face_count * sizeof *r->follows);
     memset(r->number, 0, count * sizeof *r->number);
     r->numbers = 0;
@@ -139,7 +138,7 @@ static bool crosses_in(const qw_complex *c, qw_strip_room *r, uint32_t a)
     return false;
 }
 
-/* Follows the strip through place i both ways, and names all its places after it. *length: its quads, those twice that
+/* Follows the strip through place i both ways, and lists its places. *length: its quads, those twice that
    it crosses at. Returns whether it crosses itself; it may not be followed to its end where it does over more than
    `most`. */
 static bool follow(const qw_complex *c, qw_strip_room *r, uint32_t i, double most, double *length)
@@ -147,14 +146,14 @@ static bool follow(const qw_complex *c, qw_strip_room *r, uint32_t i, double mos
     uint32_t number = ++r->numbers;
     bool crosses = false;
     *length = 0;
-    r->number[i] = number, r->name[i] = i, r->followed[r->follow_count++] = i;
+    r->number[i] = number, r->followed[r->follow_count++] = i;
     for (uint32_t way = 0; way < 2; way++)
         for (uint32_t a = 2 * i + way, b; (b = r->link[a].beyond) != QW_NONE; a = b ^ 1u) {
             uint32_t p = b / 2;
             *length += r->link[a].part;
             crosses = crosses || crosses_in(c, r, a);
             if (r->number[p] == number || (crosses && *length > most)) return crosses;
-            r->number[p] = number, r->name[p] = i, r->followed[r->follow_count++] = p;
+            r->number[p] = number, r->followed[r->follow_count++] = p;
         }
     return crosses;
 }
@@ -171,10 +170,11 @@ static double follow_for_change(const qw_complex *c, qw_strip_room *r, uint32_t 
 
 void qw_keep_strips(qw_strip_room *r)
 {
-    for (uint32_t i = 0; i < r->follow_count; i++) {
+    for (uint32_t i = 0, name = 0; i < r->follow_count;
+         i++) { /* strip after strip, each from the place that names it */
         uint32_t p = r->followed[i];
-        r->strip[p] = r->name[p];
-        if (r->name[p] == p) r->crossing[p] = r->crossing_now[p];
+        if (i == 0 || r->number[p] != r->number[name]) name = p, r->crossing[p] = r->crossing_now[p];
+        r->strip[p] = name;
     }
     r->crossing_count += r->change_count, r->area = r->crossing_count > 0 ? r->area + r->change : 0;
     r->follow_count = r->change_count = 0, r->change = 0, r->is_laid_anew = false;
@@ -196,11 +196,17 @@ qw_strip_counts qw_count_strips(qw_env *env, const qw_complex *c, qw_strip_room 
     return k;
 }
 
+/* The i-th of the six components of the offsets at the sides of a triangle. */
+static uint32_t component_of(const qw_complex *c, uint32_t face, uint32_t i)
+{
+    return 2 * c->edge[3 * face + i / 2] + i % 2;
+}
+
 /* Links the places anew in these triangles. Returns false where one of their sides has no room for its places. */
 static bool link_anew(const qw_complex *c, qw_strip_room *r, const uint32_t *face, uint32_t count)
 {
     for (uint32_t h = 0; h < 6 * count; h++) {
-        uint32_t k = 2 * c->edge[3 * face[h / 6] + h % 6 / 2] + h % 2;
+        uint32_t k = component_of(c, face[h / 6], h % 6);
         r->places[k] = places_of(c, k);
         if (r->first[k] + r->places[k] > r->first[k + 1]) return false;
     }
@@ -214,7 +220,7 @@ double qw_change_strips(qw_env *env, const qw_complex *c, qw_strip_room *r, cons
     assert(r->first && face && r->follow_count == 0);
     uint32_t number = ++r->numbers; /* of all strips that meet the triangles before the change */
     for (uint32_t h = 0; h < 6 * count; h++) {
-        uint32_t k = 2 * c->edge[3 * face[h / 6] + h % 6 / 2] + h % 2;
+        uint32_t k = component_of(c, face[h / 6], h % 6);
         for (uint32_t i = r->first[k], end = i + r->places[k]; i < end; i++) {
             uint32_t strip = r->strip[i];
             if (r->number[strip] == number) continue;
@@ -227,7 +233,7 @@ double qw_change_strips(qw_env *env, const qw_complex *c, qw_strip_room *r, cons
         return r->area;
     }
     for (uint32_t h = 0; h < 6 * count && r->area + r->change <= most; h++) {
-        uint32_t k = 2 * c->edge[3 * face[h / 6] + h % 6 / 2] + h % 2;
+        uint32_t k = component_of(c, face[h / 6], h % 6);
         for (uint32_t i = r->first[k], end = i + r->places[k]; i < end && r->area + r->change <= most; i++)
             if (r->number[i] <= number) follow_for_change(c, r, i, most - r->area - r->change);
     }

@@ -28,18 +28,17 @@ typedef struct qw_strip_room {
     uint32_t *strip;          /* uint32_t[places]: a place of the strip, which names it */
     double *crossing;         /* double[places], by name: its quads, those twice that it crosses at, or 0 where none */
     uint32_t *before;         /* uint32_t[2 places]: the column before it of the same strip in the triangle */
-    uint32_t *last, *follows; /* uint32_t[2 faces] the last of these columns, of the strip with that number */
+    uint32_t *last, *follows; /* uint32_t[2 faces]: the last of these columns, and the number of its strip */
     uint32_t crossing_count;  /* strips that cross themselves, */
     double area;              /* and their quads */
     /* of the change at hand */
     uint32_t *number, numbers;        /* uint32_t[places]: which of all strips that were ever followed */
-    uint32_t *followed, follow_count; /* uint32_t[places]: places of strips that were followed for it, */
-    uint32_t *name;                   /* uint32_t[places]: and their names */
+    uint32_t *followed, follow_count; /* uint32_t[places]: places of strips that were followed for it */
     double *crossing_now;             /* double[places], by name */
     uint32_t change_count;            /* modulo 2^32: by how many more cross themselves, */
     double change;                    /* with so many more quads */
-    bool is_laid_anew;
-    size_t room[12];
+    bool is_laid_anew;                /* as an edge had no room for its places */
+    size_t room[11];
 } qw_strip_room;
 
 /* c: closed, with integers in c->d. Triangles without a positive area count nothing. */
