@@ -313,6 +313,22 @@ static void chords_are_sewn(void **state)
     qw_env_destroy(r.env);
 }
 
+/* A fan of triangles that are thinner than what counts as one place: its long side is not sewn to its rim. */
+static void thin_fans_stay(void **state)
+{
+    (void)state;
+    start();
+    uint32_t apex = vertex(0, 0, 0), last = vertex(1, 0, 0);
+    for (int i = 1; i < 300; i++) {
+        uint32_t next = vertex(1 + (float)i, 1e-4f * (float)i, 0);
+        triangle(apex, last, next);
+        last = next;
+    }
+    run r = clean(1, 1, 1);
+    assert_int_equal(r.clean.counts.sewn_junctions, 0);
+    qw_env_destroy(r.env);
+}
+
 /* A corner that touches an edge without an edge along it, and three sheets at one line. */
 static void other_junctions_stay(void **state)
 {
@@ -1030,6 +1046,7 @@ QW_TEST_SUITE(clean)
         cmocka_unit_test(junctions_are_sewn),
         cmocka_unit_test(overlapping_edges_are_sewn),
         cmocka_unit_test(chords_are_sewn),
+        cmocka_unit_test(thin_fans_stay),
         cmocka_unit_test(other_junctions_stay),
         cmocka_unit_test(far_faces_do_no_harm),
         cmocka_unit_test(double_layers_stay_apart),

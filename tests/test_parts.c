@@ -256,6 +256,37 @@ static void springs_take_a_quarter_at_most(void **state)
     shape_free(&all);
 }
 
+static void at_key_ring(double u, double v, double p[3])
+{
+    double a = 6.283185307179586 * u, b = 6.283185307179586 * v, out = 0.13 + 0.005 * cos(b);
+    p[0] = out * cos(a), p[1] = 0.005 * sin(b), p[2] = out * sin(a);
+}
+
+/* Key rings beside a block, which had hundreds of irregular quads: rings of four all the way. */
+static void key_rings_leave_the_body_its_quads(void **state)
+{
+    (void)state;
+    enum { RINGS = 6 };
+    shape all = {0};
+    add_part(&all, shape_cube(6), 1, 0, 0, 0);
+    for (int i = 0; i < RINGS; i++)
+        add_part(&all, shape_of_sheet(&(shape_sheet){24, 8, true, true, false, at_key_ring}), 1, 0.1 + 0.13 * i, 0.3,
+                 1.2);
+    qw_options o;
+    qw_options_init(&o);
+    for (o.faces = 1000; o.faces <= 3000; o.faces += 1000) {
+        qw_result *result = remesh(&all, &o);
+        qw_mesh_view quads = qw_result_mesh(result);
+        uint32_t rings = faces_above(&quads, 1.05);
+        assert_true(quads.face_count >= 0.97 * (double)o.faces && quads.face_count <= 1.03 * (double)o.faces);
+        if (rings < 12 * RINGS || rings > 0.55 * quads.face_count) fail_msg("%u of %u quads", rings, quads.face_count);
+        assert_int_equal(qw_result_report(result)->topology.irregular, 8);
+        assert_int_equal(qw_result_report(result)->topology.euler, 2);
+        qw_result_destroy(result);
+    }
+    shape_free(&all);
+}
+
 /* Shares are of the whole, none is below what it takes to exist, and what is alike gets alike. */
 /* A tetrahedron as long as 1 and 1e-5 wide, along a direction of its own. */
 static void add_needle(shape *all, int i, int count)
@@ -321,6 +352,7 @@ QW_TEST_SUITE(parts)
         cmocka_unit_test(flat_ground_leaves_quads),
         cmocka_unit_test(wires_take_a_quarter_at_most),
         cmocka_unit_test(springs_take_a_quarter_at_most),
+        cmocka_unit_test(key_rings_leave_the_body_its_quads),
         cmocka_unit_test(shares_add_up),
         cmocka_unit_test(needles_in_few_quads_take_no_more_memory),
     };

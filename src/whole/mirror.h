@@ -38,8 +38,8 @@ uint32_t qw_image_count(const qw_run_state *run);
 /* The point of the core in image i of it, in the frame of the whole. Images of an odd number of bits are turned. */
 qw_vec3 qw_image_of(const qw_run_state *run, uint32_t i, qw_vec3 point);
 
-/* How many more quads the result would have, in quads of the core, than run->mirror.times as many as these and those
-   of small components: 0 unless some are not reflected. */
+/* How many more quads the result would have, in quads of the core, than run->mirror.times as many as these: 0 unless
+   some are not reflected. */
 double qw_surplus_of_core(const qw_run_state *run, const qw_quadmesh *quads);
 
 /* In ASSEMBLE. Sets run->finished, run->output, run->reflected and run->sides_meet from these quads of the core, where

@@ -174,13 +174,10 @@ static uint8_t *find_single(const qw_run_state *run, const qw_quadmesh *quads)
 
 double qw_surplus_of_core(const qw_run_state *run, const qw_quadmesh *quads)
 {
-    const qw_quadmesh *apart = &run->core.small_quads;
-    double all = quads->face_count + (double)apart->face_count, once = 0;
+    double all = quads->face_count, once = 0;
     if (!run->mirror.single) return 0;
     uint8_t *single = find_single(run, quads);
     for (uint32_t f = 0; f < quads->face_count; f++) once += single[quads->corner[4 * (size_t)f]];
-    for (uint32_t f = 0; f < apart->face_count; f++)
-        once += run->mirror.single[apart->component[apart->corner[4 * (size_t)f]]];
     qw_free(run->env, single);
     return (2 * all - once) / run->mirror.times - all;
 }

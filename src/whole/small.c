@@ -171,9 +171,20 @@ void qw_set_core(qw_run_state *run)
     qw_free(env, p.chosen);
 }
 
+/* How many quads small components take, in quads of the core: one that is not reflected is there once. */
+static double faces_of_small(const qw_run_state *run)
+{
+    const qw_quadmesh *small = &run->core.small_quads;
+    double all = small->face_count, once = 0;
+    if (!run->mirror.single) return all;
+    for (uint32_t f = 0; f < small->face_count; f++)
+        once += run->mirror.single[small->component[small->corner[4 * (size_t)f]]];
+    return (2 * all - once) / qw_times_used(run);
+}
+
 double qw_faces_without_small(const qw_run_state *run, double faces)
 {
-    double left = faces - run->core.small_quads.face_count;
+    double left = faces - faces_of_small(run);
     if (run->core.small_quads.face_count == 0) return faces;
     if (faces < run->faces_needed) left = fmax(left, qw_floor(faces * run->core.area / run->area));
     return fmax(left, 1);

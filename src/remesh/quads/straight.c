@@ -270,8 +270,8 @@ qw_quadmesh qw_make_straight(qw_env *env, const qw_trimesh *part, const qw_strai
         qw_quadmesh least = make_least(&m, i);
         is_done |= offer(&m, &b, &least);
     }
-    if (!plan->is_least && m.census.boundary_loops == 0 && m.census.euler == 2) {
-        qw_quadmesh rod = qw_make_rod(env, part, m.tree, plan->quads);
+    if (!plan->is_least && m.census.boundary_loops == 0 && (m.census.euler == 2 || m.census.euler == 0)) {
+        qw_quadmesh rod = qw_make_rod(env, part, m.tree, m.census.euler == 0, plan->quads);
         is_done = offer(&m, &b, &rod);
     }
     if (!plan->is_least && !is_done) {

@@ -10,7 +10,7 @@
 
 /* The working mesh is made for at least this many quads a component, so that a component of any topology has something
  * to be cut from. */
-static const double LEAST_QUADS_OPEN = 4, LEAST_QUADS_CLOSED = 24;
+static const double LEAST_QUADS_OPEN = 4, LEAST_QUADS_CLOSED = 24, LEAST_QUADS_RING = 16;
 
 /* A triangle is a needle where its longest side is so many times as long as it is high. A bar has RIDGES such edges
    that are sharp, and is as long as one of them: so are components made of many needles. */
@@ -184,10 +184,11 @@ qw_part *qw_list_parts(qw_env *env, const qw_trimesh *s, const qw_census *census
     for (int64_t c = 0; c < census->components; c++) {
         part[c].least = loops[c] > 0 ? LEAST_QUADS_OPEN : LEAST_QUADS_CLOSED;
         part[c].is_closed = loops[c] == 0;
-        part[c].bare = part[c].is_closed && twice_euler[c] == 4
-                           ? QW_LEAST_SHELL
-                           : part[c].least;                            /* fields lose handles and holes sooner */
-        part[c].bend = bend ? bend[c] : 0, part[c].extent = extent[c]; /* in the centred frame */
+        part[c].bare = part[c].is_closed && twice_euler[c] == 4   ? QW_LEAST_SHELL
+                       : part[c].is_closed && twice_euler[c] == 0 ? LEAST_QUADS_RING
+                                                                  : part[c].least; /* fields lose handles and holes
+                                                                                      sooner */
+        part[c].bend = bend ? bend[c] : 0, part[c].extent = extent[c];             /* in the centred frame */
     }
     for (uint32_t f = 0; f < s->face_count; f++)
         part[census->component[f]].area += 0.5 * qw_length(qw_face_cross(s, f));
