@@ -20,6 +20,8 @@ enum { PAIRINGS = 3 };
 /* Of a quad's share of the surface: the least area that a box's side or a disc may have, and by how much a corner's
    triangle may face the other way, for rounding. */
 static const float LEAST_AREA = 0.02f, TURNED_OVER = 1e-3f;
+/* Rods that wind too much for their quads get more, so many times as many at most. */
+static const double MORE_RINGS = 1.25, MOST_RINGS = 2;
 /* Of the way from the middle of the box around what is bent to a corner of it. */
 static const float INSIDE = 0.6f;
 
@@ -270,8 +272,9 @@ qw_quadmesh qw_make_straight(qw_env *env, const qw_trimesh *part, const qw_strai
         qw_quadmesh least = make_least(&m, i);
         is_done |= offer(&m, &b, &least);
     }
-    if (!plan->is_least && m.census.boundary_loops == 0 && (m.census.euler == 2 || m.census.euler == 0)) {
-        qw_quadmesh rod = qw_make_rod(env, part, m.tree, m.census.euler == 0, plan->quads);
+    bool may_be_rod = !plan->is_least && m.census.boundary_loops == 0 && (m.census.euler == 2 || m.census.euler == 0);
+    for (double rings = 1; may_be_rod && !is_done && rings <= MOST_RINGS; rings *= MORE_RINGS) {
+        qw_quadmesh rod = qw_make_rod(env, part, m.tree, m.census.euler == 0, rings * plan->quads);
         is_done = offer(&m, &b, &rod);
     }
     if (!plan->is_least && !is_done) {
