@@ -135,8 +135,8 @@ static size_t first_along(const sewing *w, uint32_t v)
     return begin;
 }
 
-/* Whether vertex v lies inside edge e, which another open edge from v goes along, whose face goes on from that of e. A
-   face that lies along the edge with all its corners goes nowhere: it would be sewn to itself. */
+/* Whether vertex v lies inside edge e, which another open edge from v goes along, whose face goes on from that of e: no
+   sliver that comes from an end of e and would be folded into it. */
 static bool lies_on(const sewing *w, const open_edge *e, uint32_t v)
 {
     assert(v < w->sheets->vertex_count);
@@ -148,10 +148,11 @@ static bool lies_on(const sewing *w, const open_edge *e, uint32_t v)
     if (distance2(p, point_of(w, e->from)) <= near2 || distance2(p, point_of(w, e->to)) <= near2) return false;
     for (size_t i = first_along(w, v); i < 2 * (size_t)w->edges && w->along[i] >> 32 == v; i++) {
         const open_edge *other = &w->edge[(uint32_t)w->along[i]];
-        double height;
         place_on(w, e, point_of(w, other->from == v ? other->to : other->from), &off);
-        place_on(w, e, point_of(w, w->sheets->corner[qw_prev(other->half)]), &height);
-        if (off <= near2 && height > near2 && !qw_fold_back(w->sheets, e->half, other->half, &slid_rims)) return true;
+        uint32_t apex = w->sheets->corner[qw_prev(other->half)];
+        if (off <= near2 && apex != e->from && apex != e->to &&
+            !qw_fold_back(w->sheets, e->half, other->half, &slid_rims))
+            return true;
     }
     return false;
 }

@@ -272,10 +272,12 @@ qw_quadmesh qw_make_straight(qw_env *env, const qw_trimesh *part, const qw_strai
         qw_quadmesh least = make_least(&m, i);
         is_done |= offer(&m, &b, &least);
     }
-    bool may_be_rod = !plan->is_least && m.census.boundary_loops == 0 && (m.census.euler == 2 || m.census.euler == 0);
+    /* fields make a thick ring well, but nothing that winds in few quads */
+    bool is_ring = m.census.euler == 0;
+    bool may_be_rod = !plan->is_least && m.census.boundary_loops == 0 && (m.census.euler == 2 || is_ring);
     for (double rings = 1; may_be_rod && !is_done && rings <= MOST_RINGS; rings *= MORE_RINGS) {
-        qw_quadmesh rod = qw_make_rod(env, part, m.tree, m.census.euler == 0, rings * plan->quads);
-        is_done = offer(&m, &b, &rod);
+        qw_quadmesh rod = qw_make_rod(env, part, m.tree, is_ring, rings * plan->quads);
+        is_done = rod.face_count > 0 && (!is_ring || are_convex(&m, &rod)) && offer(&m, &b, &rod);
     }
     if (!plan->is_least && !is_done) {
         qw_heartbeat(env);
