@@ -139,7 +139,8 @@ static bool cross(const rod *r, uint32_t f, double at, qw_vec3 p[2])
     return found == 2;
 }
 
-static void find_middles(rod *r)
+/* False where one meets no face. */
+static bool find_middles(rod *r)
 {
     const qw_trimesh *m = r->part;
     uint32_t all = r->across ? 2 * r->rings : r->rings; /* what looks over the cut may have rings beyond it */
@@ -157,8 +158,11 @@ static void find_middles(rod *r)
             ring->middle = qw_madd(ring->middle, w, qw_lerp(p[0], p[1], 0.5f));
         }
     }
-    for (uint32_t i = 0; i < r->rings; i++)
+    for (uint32_t i = 0; i < r->rings; i++) {
+        if (!(r->ring[i].around > 0)) return false;
         r->ring[i].middle = qw_scale(r->ring[i].middle, 1 / (float)r->ring[i].around);
+    }
+    return true;
 }
 
 /* Directions along the rod, and the first and the last ring at its ends. */
@@ -244,7 +248,7 @@ qw_quadmesh qw_make_rod(qw_env *env, const qw_trimesh *part, const qw_bvh *tree,
     for (uint32_t v = 0; v < part->vertex_count; v++) r.distance[v] /= length;
     if (length == 0 || !is_rod(&r)) return (qw_quadmesh){0};
     r.ring = QW_NEW_ZERO(env, section, r.rings);
-    find_middles(&r);
+    if (!find_middles(&r)) return (qw_quadmesh){0};
     set_planes(&r);
     return join_rings(&r, tree);
 }
