@@ -24,10 +24,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Turn between the sides of a crease, radians: where it fades, and in enough of it to be one; as of sharp edges. */
-static const double LEAST_TURN = 0.4363323, SEED_TURN = 0.6981317; /* 25, 40 degrees */
-static const double TAIL_TURN = 0.6108652;                         /* 35 degrees: least at a loose end */
-static const double LEAST_SEEDS = 0.5;                             /* share of the edges that are cut */
+/* Turn between the sides of a crease, radians: where it fades, and at a loose end. */
+static const double LEAST_TURN = 0.4363323, TAIL_TURN = 0.6108652; /* 25, 35 degrees */
 /* Most spread of the normals in the sides, as a share of the turn: in one place, over a crease, and over all of a
  * component. Sampled parts have 0.02 to 0.06, statues and animals 0.09 to 0.18. */
 static const double UNEVEN_PLACE = 0.25, UNEVEN_CREASE = 0.16, UNEVEN = 0.08;
@@ -57,7 +55,7 @@ typedef struct sharpener {
     qw_sides sides;
     const qw_trimesh *mesh;
     const qw_census *census;
-    uint8_t *cut;   /* uint8_t[3 face_count], the same on both sides: 1: sides meet; 2: at more than SEED_TURN */
+    uint8_t *cut;   /* uint8_t[3 face_count], the same on both sides: sides meet */
     uint8_t *sharp; /* uint8_t[components]: 1: has sampled creases */
     uint8_t *ring;  /* uint8_t[vertex_count]: 0: at a cut; rings away from there; rings: farther */
     uint8_t rings;
@@ -65,7 +63,6 @@ typedef struct sharpener {
     uint32_t *fitted; /* uint32_t[fits]: vertex */
     qw_side_fit *fit; /* qw_side_fit[fits] */
     uint32_t fits;
-    qw_vec3 *position; /* qw_vec3[vertex_count], in their sides */
 } sharpener;
 
 static bool is_lower(const qw_trimesh *mesh, uint32_t h) { return mesh->twin[h] == QW_NONE || h < mesh->twin[h]; }
@@ -95,21 +92,18 @@ static void ask_cuts(void *user, uint32_t begin, uint32_t end)
     const sharpener *s = user;
     for (uint32_t h = 3 * begin; h < 3 * end; h++) {
         meeting m = meeting_at(s, h);
-        s->cut[h] = m.turn < LEAST_TURN || m.spread > UNEVEN_PLACE * m.turn ? 0 : m.turn < SEED_TURN ? 1 : 2;
+        s->cut[h] = m.turn >= LEAST_TURN && m.spread <= UNEVEN_PLACE * m.turn;
     }
 }
 
-static int cuts_of(const sharpener *s, uint32_t f)
-{
-    return (s->cut[3 * f] != 0) + (s->cut[3 * f + 1] != 0) + (s->cut[3 * f + 2] != 0);
-}
+static int cuts_of(const sharpener *s, uint32_t f) { return s->cut[3 * f] + s->cut[3 * f + 1] + s->cut[3 * f + 2]; }
 
 /* ---- what is a crease */
 
 /* Cut edges that hang together by triangles. Each edge inside counts twice. */
 typedef struct crease {
     double length, edges; /* length, and in edges of the input */
-    double cuts, seeds, turn, spread;
+    double cuts, turn, spread;
     uint32_t component;
 } crease;
 
@@ -136,7 +130,7 @@ static void add_triangle(const sharpener *s, uint32_t f, crease *c)
     for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
         if (!s->cut[h]) continue;
         meeting m = meeting_at(s, h);
-        c->cuts++, c->seeds += s->cut[h] == 2, c->turn += m.turn, c->spread += m.spread;
+        c->cuts++, c->turn += m.turn, c->spread += m.spread;
     }
 }
 
@@ -172,8 +166,7 @@ static crease *find_creases(const sharpener *s, uint32_t *label, uint32_t *count
 
 static bool is_crease(const crease *c, double quad_edge)
 {
-    return c->edges >= LEAST_LENGTH && c->length >= quad_edge && c->seeds >= LEAST_SEEDS * c->cuts &&
-           c->spread <= UNEVEN_CREASE * c->turn;
+    return c->edges >= LEAST_LENGTH && c->length >= quad_edge && c->spread <= UNEVEN_CREASE * c->turn;
 }
 
 static void drop_others(const sharpener *s, const crease *list, const uint32_t *label, double quad_edge)
@@ -296,21 +289,6 @@ static void fit_sides(void *user, uint32_t begin, uint32_t end)
     for (uint32_t i = begin; i < end; i++) s->fit[i] = qw_fit_side(&s->sides, s->fitted[i], s->cut, s->ring);
 }
 
-static bool on_boundary(const sharpener *s, uint32_t v) { return s->mesh->twin[s->sides.outgoing[v]] == QW_NONE; }
-
-/* Into its side. */
-static void move_vertices(void *user, uint32_t begin, uint32_t end)
-{
-    const sharpener *s = user;
-    for (uint32_t i = begin; i < end; i++) {
-        uint32_t v = s->fitted[i];
-        if (on_boundary(s, v) || s->ring[v] >= s->rings) continue;
-        const qw_side_fit *fit = &s->fit[i];
-        qw_vec3 p = qw_meet_sides(&fit, 1, s->mesh->position[v]);
-        if (qw_distance(p, s->mesh->position[v]) <= MOST_MOVED * s->sides.edge[v]) s->position[v] = p;
-    }
-}
-
 static const qw_side_fit *side_of(const sharpener *s, uint32_t v) { return &s->fit[s->fit_of[v]]; }
 
 /* The turn where the sides meet, as they have been fitted. */
@@ -363,8 +341,6 @@ static void find_fits(sharpener *s)
         if (s->fit_of[v] != QW_NONE) s->fitted[s->fits++] = v;
     }
     s->fit = QW_NEW(s->env, qw_side_fit, s->fits);
-    s->position = QW_NEW(s->env, qw_vec3, n);
-    memcpy(s->position, s->mesh->position, n * sizeof *s->position);
     qw_parallel(s->env, s->fits, QW_GRAIN_SEARCH, fit_sides, s);
     trim_creases(s);
     s->ring = rings_around(s, s->rings);
@@ -380,9 +356,11 @@ static qw_vec3 crossing_of(const sharpener *s, uint32_t h)
     assert(h < 3 * s->mesh->face_count);
     uint32_t a = s->mesh->corner[h], b = s->mesh->corner[qw_next(h)];
     const qw_side_fit *both[2] = {side_of(s, a), side_of(s, b)};
-    double fa = fabs(qw_height_over(both[1], s->position[a])), fb = fabs(qw_height_over(both[0], s->position[b]));
+    double fa = fabs(qw_height_over(both[1], s->mesh->position[a])),
+           fb = fabs(qw_height_over(both[0], s->mesh->position[b]));
     double t = fa + fb > 0 ? fa / (fa + fb) : 0.5;
-    qw_vec3 from = qw_lerp(s->position[a], s->position[b], (float)fmin(fmax(t, CROSSING_BEGIN), CROSSING_END));
+    qw_vec3 from = qw_lerp(s->mesh->position[a], s->mesh->position[b],
+                           (float)fmin(fmax(t, CROSSING_BEGIN), CROSSING_END));
     if (s->mesh->twin[h] == QW_NONE) return from;
     qw_vec3 p = qw_meet_sides(both, 2, from);
     return qw_distance(p, from) <= MOST_LINE_MOVED * s->sides.edge[a] ? p : from;
@@ -439,13 +417,6 @@ static bool keep_on_surface(sharpener *s)
     return any;
 }
 
-static void restore_sides(sharpener *s)
-{
-    drop_blunt(s);
-    s->ring = rings_around(s, s->rings);
-    qw_parallel(s->env, s->fits, QW_GRAIN_SEARCH, move_vertices, s);
-}
-
 /* ---- the new surface */
 
 static void mark_between(qw_edit *e, uint32_t a, uint32_t b)
@@ -474,7 +445,6 @@ static void cut_surface(const sharpener *s, qw_edit *e)
     assert(e->vertex_count == s->mesh->vertex_count);
     const qw_trimesh *mesh = s->mesh;
     uint32_t sides = 3 * mesh->face_count, *at = QW_NEW(s->env, uint32_t, sides);
-    for (uint32_t v = 0; v < mesh->vertex_count; v++) e->vertex[v].position = s->position[v];
     for (uint32_t f = 0; f < mesh->face_count; f++)
         if (s->sharp[s->census->component[f]]) memset(e->face[f].mark, 0, sizeof e->face[f].mark);
     for (uint32_t h = 0; h < sides; h++) {
@@ -546,7 +516,8 @@ bool qw_sharpen(qw_env *env, qw_trimesh *surface, const qw_census *census, float
     bool found = qw_find_sides(env, surface, &s.sides) && find_cuts(&s, (double)quad_edge);
     if (found) find_fits(&s), found = keep_on_surface(&s);
     if (found) {
-        restore_sides(&s);
+        drop_blunt(&s);
+        s.ring = rings_around(&s, s.rings);
         const float *target = QW_NEW_ZERO(env, float, surface->vertex_count);
         qw_edit e = qw_edit_open(env, surface, target, s.sides.outgoing);
         cut_surface(&s, &e);

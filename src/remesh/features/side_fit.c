@@ -6,11 +6,7 @@
 enum { TERMS = QW_FIT_TERMS, PLANE = 3, TROUGH = 4, RINGS = 8, STEPS = 6 };
 /* How far vertices are taken from, in edges, and how many there must be before near ones are left out. */
 static const float REACH = 4.5f;
-/* Where the fit is off by more, in edges, the side is no quadric so far out. */
-static const double MOST_OFF = 0.1;
-static const float NEARER = 2.75f;
 enum { ENOUGH = 2 * TERMS };
-static const float HALF = 2.5f;
 /* The simplest of plane, trough and quadric serves that is off by no more than so many times as much as the quadric, in
  * squares by degree of freedom: what noise has bent must not be extrapolated. */
 static const double BENT = 3;
@@ -43,17 +39,13 @@ static void solve_terms(const equations all, int terms, double *x)
     }
 }
 
-/* Of a point at a distance in edges: half at HALF of them. */
-static double weight_of(qw_vec3 d) { return 1 / (1 + (double)(qw_length2(d) / (HALF * HALF))); }
-
 static void add_point(equations m, const qw_side_fit *q, qw_vec3 p)
 {
     qw_vec3 d = qw_scale(qw_sub(p, q->origin), 1 / q->unit);
     double x = (double)qw_dot(d, q->x), y = (double)qw_dot(d, q->y), z = (double)qw_dot(d, q->n);
     double t[TERMS + 1] = {1, x, y, x * x, x * y, y * y, z};
-    double weight = weight_of(d);
     for (int i = 0; i < TERMS; i++)
-        for (int j = 0; j <= TERMS; j++) m[i][j] += weight * t[i] * t[j];
+        for (int j = 0; j <= TERMS; j++) m[i][j] += t[i] * t[j];
 }
 
 /* Height, and its gradient. */
@@ -106,14 +98,13 @@ static void fit_terms(const qw_vertex_ball *ball, const qw_vec3 *position, int t
     solve_terms((const double(*)[TERMS + 1]) m, terms, q->term);
 }
 
-/* Weighted sum of squares, by degree of freedom. */
+/* Sum of squares, by degree of freedom. */
 static double off_fit(const qw_vertex_ball *ball, const qw_vec3 *position, int terms, const qw_side_fit *q)
 {
     double sum = 0;
     for (uint32_t i = 0; i < ball->count; i++) {
-        qw_vec3 p = position[ball->vertex[i]];
-        double height = qw_height_over(q, p);
-        sum += weight_of(qw_scale(qw_sub(p, q->origin), 1 / q->unit)) * height * height;
+        double height = qw_height_over(q, position[ball->vertex[i]]);
+        sum += height * height;
     }
     return sum / ((int)ball->count > terms ? (int)ball->count - terms : 1);
 }
@@ -128,37 +119,25 @@ static void turn_to_bow(qw_side_fit *q)
     if (qw_length2(x) > 0) q->x = x, q->y = qw_cross(q->n, x);
 }
 
-/* To what lies within a reach; *off: root mean square of the heights, in edges. */
-static qw_side_fit fit_within(const qw_sides *s, uint32_t v, const uint8_t *barred, const uint8_t *ring, float reach,
-                              double *off)
+qw_side_fit qw_fit_side(const qw_sides *s, uint32_t v, const uint8_t *barred, const uint8_t *ring)
 {
-    assert(v < s->mesh->vertex_count && off);
+    assert(v < s->mesh->vertex_count && s->edge[v] > 0);
     const qw_vec3 *position = s->mesh->position;
     qw_side_fit q = {.origin = position[v], .n = s->plane[s->side[v]].normal, .unit = s->edge[v]};
     q.x = qw_any_orthogonal(q.n), q.y = qw_cross(q.n, q.x);
     qw_vertex_ball ball;
-    qw_collect_ball(s, v, reach * q.unit, barred, &ball);
+    qw_collect_ball(s, v, REACH * q.unit, barred, &ball);
     keep_outer(&ball, ring);
     qw_side_fit simple = q;
     fit_terms(&ball, position, PLANE, &simple);
-    *off = 0;
     if (ball.count <= TERMS) return simple;
     fit_terms(&ball, position, TERMS, &q);
-    double square = off_fit(&ball, position, TERMS, &q), most = BENT * square;
-    *off = sqrt(square) / (double)q.unit;
+    double most = BENT * off_fit(&ball, position, TERMS, &q);
     if (off_fit(&ball, position, PLANE, &simple) <= most) return simple;
     simple = q;
     turn_to_bow(&simple);
     fit_terms(&ball, position, TROUGH, &simple);
     return off_fit(&ball, position, TROUGH, &simple) <= most ? simple : q;
-}
-
-qw_side_fit qw_fit_side(const qw_sides *s, uint32_t v, const uint8_t *barred, const uint8_t *ring)
-{
-    double off;
-    assert(s->edge[v] > 0);
-    qw_side_fit fit = fit_within(s, v, barred, ring, REACH, &off);
-    return off > MOST_OFF ? fit_within(s, v, barred, ring, NEARER, &off) : fit;
 }
 
 /* One Newton step of least length: a, x: room for the equations of so many sides. */

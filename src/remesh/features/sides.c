@@ -23,9 +23,6 @@ static const float TO_EDGE = 0.85f;
 /* Mean unevenness (spread over turn) of what is tried first, above which the rest is not looked at, and the most that
  * one place counts. */
 static const double UNEVEN = 0.09, MOST_UNEVEN = 0.3;
-/* A marked edge that turns by QW_ALL_TURN of what the sides do is no sample; where so many of the places have one, the
- * sharp edges are all there. */
-static const double MOST_MARKED = 0.5;
 static const float SAME_COSINE = 0.90630779f; /* 25 degrees */
 enum { AGREE_ROUNDS = 2, MOST_TRIED = 4096, MOST_SEEDS = 192 };
 enum { EDGE_ROUNDS = 2, NEAR_RINGS = 8, OWN_RINGS = 3 };
@@ -208,7 +205,7 @@ static float cost_of(const qw_sides *s, uint32_t v, uint32_t c)
     return SPREAD_COST * p->spread * p->spread + PLANE_COST * off * off + FAR_COST * qw_length2(d);
 }
 
-/* The plane for v of those around it; less_like: their normals must differ by SEED_TURN from that plane's. */
+/* The plane for v of those around it; less_like: their normals must differ by 40 degrees from that plane's. */
 static uint32_t best_around(const qw_sides *s, uint32_t v, const qw_vertex_ball *ball, uint32_t less_like)
 {
     assert(v < s->mesh->vertex_count);
@@ -277,26 +274,11 @@ static void agree_on_sides(qw_env *env, side_task *t)
 
 /* Of places where the surface is bent. */
 typedef struct bends {
-    double uneven;         /* sum: spread of the two sides there, as a share of their turn */
-    uint32_t bent, marked; /* how many there are; how many have an edge that is marked and turns by as much */
+    double uneven; /* sum: spread of the two sides there, as a share of their turn */
+    uint32_t bent; /* how many there are */
 } bends;
 
 static double angle_between(qw_vec3 n, qw_vec3 m) { return qw_acos(fmin(fmax((double)qw_dot(n, m), -1), 1)); }
-
-/* Whether a marked edge at v turns by at least QW_ALL_TURN of `turn`, radians. */
-static bool has_marked(const side_task *t, uint32_t v, double turn)
-{
-    const qw_trimesh *mesh = t->s->mesh;
-    uint32_t start = t->s->outgoing[v], h = start;
-    do {
-        if (mesh->mark[h] && mesh->twin[h] != QW_NONE) {
-            qw_vec3 n = qw_face_cross(mesh, h / 3), m = qw_face_cross(mesh, mesh->twin[h] / 3);
-            if (angle_between(qw_normalize(n), qw_normalize(m)) >= QW_ALL_TURN * turn) return true;
-        }
-        h = qw_around(mesh, h);
-    } while (h != QW_NONE && h != start);
-    return false;
-}
 
 /* Adds what the surface is like at v: whether two planes of small spread meet there, as beside a sampled crease. */
 static void try_at(const side_task *t, uint32_t v, bends *sum)
@@ -313,86 +295,24 @@ static void try_at(const side_task *t, uint32_t v, bends *sum)
     sum->bent++;
     sum->uneven += turn > 0 ? fmin(0.5 * (double)(s->plane[a].spread + s->plane[b].spread) / turn, MOST_UNEVEN)
                             : MOST_UNEVEN;
-    bool marked = false;
-    qw_collect_ball(s, v, FITTED * s->edge[v], NULL, &ball);
-    for (uint32_t i = 0; i < ball.count && s->mesh->mark && turn > 0; i++)
-        marked = marked || has_marked(t, ball.vertex[i], turn);
-    sum->marked += marked;
-}
-
-typedef struct vertex_list {
-    const side_task *t;
-    const uint32_t *vertex;
-} vertex_list;
-
-static void make_some_planes(void *user, uint32_t begin, uint32_t end)
-{
-    const vertex_list *l = user;
-    qw_vertex_ball ball;
-    for (uint32_t i = begin; i < end; i++) l->t->s->plane[l->vertex[i]] = plane_at(l->t, l->vertex[i], &ball);
-}
-
-/* Whether more places could make it seem banded, or not so. */
-static bool has_more_to_try(const bends *sum) { return sum->bent < MOST_SEEDS && sum->uneven <= UNEVEN * MOST_SEEDS; }
-
-/* Lists in `list` the vertices around those of `seed` that have no plane yet, and returns how many there are. listed:
-   uint8_t[vertex_count], those that were listed before. */
-static uint32_t list_around(const side_task *t, const uint32_t *seed, uint32_t count, uint8_t *listed, uint32_t *list)
-{
-    uint32_t found = 0;
-    qw_vertex_ball around;
-    for (uint32_t i = 0; i < count; i++) {
-        qw_collect_ball(t->s, seed[i], REACH * t->s->edge[seed[i]], NULL, &around);
-        for (uint32_t k = 0; k < around.count; k++) {
-            uint32_t c = around.vertex[k];
-            if (listed[c] || qw_length2(t->s->plane[c].normal) > 0) continue;
-            listed[c] = 1, list[found++] = c;
-        }
-    }
-    return found;
-}
-
-/* PART: rough vertices whose planes are made on all threads, SEEDS: bent ones whose neighbourhoods are, before what
-   they say is asked for. */
-enum { PART = 256, SEEDS = 32 };
-
-/* Leaves the bent ones in `list`; returns their number. */
-static uint32_t keep_bent(const side_task *t, uint32_t *list, uint32_t count)
-{
-    uint32_t kept = 0;
-    for (uint32_t i = 0; i < count; i++)
-        if (t->s->plane[list[i]].spread > QW_BENT) list[kept++] = list[i];
-    return kept;
 }
 
 /* Whether sampled creases are worth looking for: tries rough vertices spread over the surface, until enough of them
- * are bent. */
-static bool seems_banded(qw_env *env, const side_task *t)
+ * are bent that more could not change what they say. */
+static bool seems_banded(const side_task *t)
 {
     const qw_sides *s = t->s;
-    uint32_t n = s->mesh->vertex_count, rough = 0, seen = 0, count = 0;
-    for (uint32_t v = 0; v < n; v++) rough += s->rough[v];
-    uint32_t step = rough / MOST_TRIED + 1, *list = QW_NEW(env, uint32_t, rough / step + 1);
-    uint32_t *around = QW_NEW(env, uint32_t, (size_t)SEEDS * QW_BALL);
-    uint8_t *listed = QW_NEW_ZERO(env, uint8_t, n);
-    for (uint32_t v = 0; v < n; v++)
-        if (s->rough[v] && seen++ % step == 0) list[count++] = v;
+    uint32_t n = s->mesh->vertex_count, rough = 0, seen = 0;
+    qw_vertex_ball ball;
     bends sum = {0};
-    for (uint32_t first = 0; first < count && has_more_to_try(&sum); first += PART) {
-        uint32_t part = count - first < PART ? count - first : PART;
-        qw_parallel(env, part, PART / 16, make_some_planes, &(vertex_list){t, list + first});
-        part = keep_bent(t, list + first, part);
-        for (uint32_t i = 0; i < part && has_more_to_try(&sum); i++) {
-            const uint32_t *seed = list + first + i;
-            if (i % SEEDS == 0) {
-                uint32_t some = list_around(t, seed, part - i < SEEDS ? part - i : SEEDS, listed, around);
-                qw_parallel(env, some, PART / 16, make_some_planes, &(vertex_list){t, around});
-            }
-            try_at(t, *seed, &sum);
-        }
+    for (uint32_t v = 0; v < n; v++) rough += s->rough[v];
+    uint32_t step = rough / MOST_TRIED + 1;
+    for (uint32_t v = 0; v < n && sum.bent < MOST_SEEDS && sum.uneven <= UNEVEN * MOST_SEEDS; v++) {
+        if (!s->rough[v] || seen++ % step != 0) continue;
+        s->plane[v] = plane_at(t, v, &ball);
+        if (s->plane[v].spread > QW_BENT) try_at(t, v, &sum);
     }
-    qw_free(env, list), qw_free(env, around), qw_free(env, listed);
-    return sum.bent > 0 && sum.uneven <= UNEVEN * sum.bent && sum.marked <= MOST_MARKED * sum.bent;
+    return sum.bent > 0 && sum.uneven <= UNEVEN * sum.bent;
 }
 
 bool qw_find_sides(qw_env *env, const qw_trimesh *mesh, qw_sides *sides)
@@ -409,7 +329,7 @@ bool qw_find_sides(qw_env *env, const qw_trimesh *mesh, qw_sides *sides)
     if (!memchr(sides->rough, 1, n)) return false;
     find_edges(env, &t);
     sides->plane = QW_NEW_ZERO(env, qw_side_plane, n), sides->side = QW_NEW(env, uint32_t, n);
-    if (!seems_banded(env, &t)) return false;
+    if (!seems_banded(&t)) return false;
     t.near = find_near(env, sides);
     qw_parallel(env, n, QW_GRAIN, make_planes, &t);
     qw_parallel(env, n, QW_GRAIN, choose_sides, &t);
