@@ -15,7 +15,6 @@
 
 #include "base/constants.h"
 #include "base/elementary.h"
-#include "geometry/corners.h"
 #include "geometry/tri_edit.h"
 #include "remesh/features/side_fit.h"
 
@@ -26,28 +25,27 @@
 
 /* Turn between the sides of a crease, radians: where it fades, and at a loose end. */
 static const double LEAST_TURN = 0.4363323, TAIL_TURN = 0.6108652; /* 25, 35 degrees */
-/* Most spread of the normals in the sides, as a share of the turn: in one place, over a crease, and over all of a
- * component. Sampled parts have 0.02 to 0.06, statues and animals 0.09 to 0.18. */
-static const double UNEVEN_PLACE = 0.25, UNEVEN_CREASE = 0.16, UNEVEN = 0.08;
+/* Most spread of the normals in the sides, as a share of the turn: in one place, and over all of a component. Sampled
+ * parts have 0.02 to 0.06, statues and animals 0.09 to 0.18. */
+static const double UNEVEN_PLACE = 0.25, UNEVEN = 0.08;
 static const double LEAST_LENGTH = 10; /* of a crease, in edges of the input */
 /* Of the bent planes of a component, so large a share must lie within some rings of a crease: 1.00 in sampled parts,
  * but for one 0.1 to 0.93 elsewhere. */
 static const double LEAST_NEAR = 0.9;
 enum { NEAR_RINGS = 5 };
-/* A marked edge at which all the turn between the sides lies is no sample (is_exact). Where these, or all that are
- * marked, are longer than so large a share of the creases, the component has its sharp edges already: 0.07 in sampled
- * parts, 0.17 and more in thin shells, which have exact rims. */
-static const double MOST_MARKED = 0.15, MOST_MARKED_ANYHOW = 0.8;
+/* Where edges that are marked are longer than so large a share of the creases, the component has its sharp edges
+ * already. */
+static const double MOST_MARKED = 0.5;
 /* Sides that turn by more than 150 degrees are the two walls of a thin shell: its rim lies between them, not a crease.
  */
 static const double WALLS_TURN = 2.6179939;
 /* How far from its place a vertex may be put, in edges of the input: further, the sides are no guide. */
 static const float MOST_MOVED = 1.5f, MOST_LINE_MOVED = 4, MOST_CORNER_MOVED = 6;
-/* What sampling cuts off is as wide as a band of two edges or so. A vertex of the band that lies further off its side,
- * or a crease from which its sides are further away, both in edges of the input, is off, and so is a crease between
- * two walls: 0.02 of all where an edge of 34 degrees was sampled, up to 0.006 in other parts, 0.015 to 0.16 in folds.
- * With more than the last share of them a component is left as it is. */
-static const double MOST_OFF_SIDE = 0.65, MOST_HALF_BAND = 1.2, MOST_OFF = 0.025;
+/* What sampling cuts off is as wide as a band of two edges or so. A crease from which its sides are further away, in
+ * edges of the input, is off, and so is one between two walls: 0.02 of all where an edge of 34 degrees was sampled, up
+ * to 0.006 in other parts, 0.015 to 0.16 in folds. With more than the last share of them a component is left as it is.
+ */
+static const double MOST_HALF_BAND = 1.2, MOST_OFF = 0.025;
 enum { RINGS = 3, SMOOTHING_ROUNDS = 8 };
 
 typedef struct sharpener {
@@ -164,10 +162,7 @@ static crease *find_creases(const sharpener *s, uint32_t *label, uint32_t *count
     return list;
 }
 
-static bool is_crease(const crease *c, double quad_edge)
-{
-    return c->edges >= LEAST_LENGTH && c->length >= quad_edge && c->spread <= UNEVEN_CREASE * c->turn;
-}
+static bool is_crease(const crease *c, double quad_edge) { return c->edges >= LEAST_LENGTH && c->length >= quad_edge; }
 
 static void drop_others(const sharpener *s, const crease *list, const uint32_t *label, double quad_edge)
 {
@@ -195,28 +190,10 @@ static uint8_t *rings_around(const sharpener *s, uint8_t rings)
     return ring;
 }
 
-/* Whether all the turn between the sides to which its triangles belong lies at the marked edge of h. Where it is part
-   of a smooth line (ends: of marked edges), as noise never is, that holds too if the triangles belong to one side,
-   which has swallowed the edge, or to the two walls of a thin shell. */
-static bool is_exact(const sharpener *s, const qw_curve_ends *ends, uint32_t h)
-{
-    assert(s->mesh->twin[h] != QW_NONE);
-    const qw_trimesh *mesh = s->mesh;
-    const qw_sides *d = &s->sides;
-    uint32_t g = mesh->twin[h], a = mesh->corner[qw_prev(h)], b = mesh->corner[qw_prev(g)];
-    qw_vec3 n = qw_normalize(qw_face_cross(mesh, h / 3)), m = qw_normalize(qw_face_cross(mesh, g / 3));
-    double all = angle_between(d->plane[d->side[a]].normal, d->plane[d->side[b]].normal);
-    bool has_all = angle_between(n, m) >= QW_ALL_TURN * all;
-    if (has_all && all >= LEAST_TURN) return true;
-    return (has_all || all > WALLS_TURN) &&
-           !qw_is_curve_corner(mesh, ends, mesh->corner[h], (float)QW_THROUGH_COSINE) &&
-           !qw_is_curve_corner(mesh, ends, mesh->corner[qw_next(h)], (float)QW_THROUGH_COSINE);
-}
-
 /* What decides about a component. */
 typedef struct verdict {
-    double creases, marked, exact; /* lengths; exact: of what is marked and has all the turn */
-    double turn, spread;           /* means over the creases, times their lengths */
+    double creases, marked; /* lengths */
+    double turn, spread;    /* means over the creases, times their lengths */
     uint32_t bent, bent_near;
 } verdict;
 
@@ -228,9 +205,8 @@ static void add_crease(verdict *v, const crease *c)
 
 static bool was_sampled(const verdict *v)
 {
-    if (v->creases == 0 || v->bent_near < LEAST_NEAR * v->bent) return false;
-    if (v->exact > MOST_MARKED * v->creases || v->marked > MOST_MARKED_ANYHOW * v->creases) return false;
-    return v->spread <= UNEVEN * v->turn;
+    return v->creases > 0 && v->marked <= MOST_MARKED * v->creases && v->bent_near >= LEAST_NEAR * v->bent &&
+           v->spread <= UNEVEN * v->turn;
 }
 
 /* Whether any component has sampled creases. */
@@ -241,7 +217,6 @@ static bool judge_components(sharpener *s, const crease *list, uint32_t count, d
     uint32_t components = (uint32_t)s->census->components;
     verdict *v = QW_NEW_ZERO(s->env, verdict, components);
     uint8_t rings = NEAR_RINGS, *ring = rings_around(s, rings);
-    const qw_curve_ends *ends = mesh->mark ? qw_find_curve_ends(s->env, mesh, false) : NULL;
     for (uint32_t i = 0; i < count; i++)
         if (is_crease(&list[i], quad_edge)) add_crease(&v[list[i].component], &list[i]);
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
@@ -249,9 +224,8 @@ static bool judge_components(sharpener *s, const crease *list, uint32_t count, d
         uint32_t a = mesh->corner[h];
         if (s->sides.outgoing[a] == h && s->sides.plane[a].spread > QW_BENT)
             to->bent++, to->bent_near += ring[a] < rings;
-        if (!ends || !mesh->mark[h] || !is_lower(mesh, h)) continue;
-        double length = (double)qw_distance(mesh->position[a], mesh->position[mesh->corner[qw_next(h)]]);
-        to->marked += length, to->exact += is_exact(s, ends, h) ? length : 0;
+        if (mesh->mark && mesh->mark[h] && is_lower(mesh, h))
+            to->marked += (double)qw_distance(mesh->position[a], mesh->position[mesh->corner[qw_next(h)]]);
     }
     s->sharp = QW_NEW(s->env, uint8_t, components);
     bool any = false;
@@ -392,11 +366,6 @@ static bool is_off_band(const sharpener *s, uint32_t h)
     return off * qw_cos(half) > MOST_HALF_BAND * qw_sin(half) * (double)s->sides.edge[s->mesh->corner[h]];
 }
 
-static bool is_off_side(const sharpener *s, uint32_t v)
-{
-    return fabs(qw_height_over(side_of(s, v), s->mesh->position[v])) > MOST_OFF_SIDE * (double)s->sides.edge[v];
-}
-
 /* Sharp components of which too much would move too far are so no longer. Returns whether any is left. */
 static bool keep_on_surface(sharpener *s)
 {
@@ -405,8 +374,6 @@ static bool keep_on_surface(sharpener *s)
     moves *m = QW_NEW_ZERO(s->env, moves, components);
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
         moves *to = &m[s->census->component[h / 3]];
-        uint32_t v = mesh->corner[h];
-        if (s->sides.outgoing[v] == h && s->ring[v] == 0) to->all++, to->off += is_off_side(s, v);
         if (s->cut[h] && is_lower(mesh, h)) to->all++, to->off += is_off_band(s, h);
     }
     bool any = false;
