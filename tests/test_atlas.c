@@ -315,6 +315,37 @@ static void mirrored_seams(void **state)
     quad_shape_free(&j.shape);
 }
 
+/* Patches whose border costs less in another chart go there: else the first of these balls, which are open below, is
+ * two charts and the second three. */
+static void unwrap_open_ball(void *user)
+{
+    job *j = user;
+    qw_mesh_view view = quad_shape_view(&j->shape);
+    qw_atlas_mesh mesh = qw_atlas_mesh_of(j->env, &view, NULL, 0, NULL);
+    qw_atlas_options options = {.most_stretch = 1.25, .pack = {.texels = 512, .margin = 4, .tiles = 1}};
+    options.weight = qw_seam_weights(j->env, &mesh);
+    qw_atlas a = qw_make_atlas(j->env, &mesh, &options);
+    assert_true(a.charts <= j->most_charts);
+    assert_int_equal(count_overlaps(&a, j->shape.face_count), 0);
+}
+static void patches_change_charts(void **state)
+{
+    (void)state;
+    static const double below[] = {-0.2, -0.8};
+    for (uint32_t i = 0; i < 2; i++) {
+        job j = {.shape = quad_sphere(7), .most_charts = i + 1};
+        uint32_t kept = 0;
+        for (uint32_t f = 0; f < j.shape.face_count; f++) {
+            const uint32_t *q = j.shape.corner + 4 * (size_t)f;
+            double z = (j.shape.position[3 * (size_t)q[0] + 2] + j.shape.position[3 * (size_t)q[2] + 2]) / 2;
+            if (z > below[i]) memmove(j.shape.corner + 4 * (size_t)kept++, q, 4 * sizeof *q);
+        }
+        j.shape.face_count = kept;
+        protect(unwrap_open_ball, &j);
+        quad_shape_free(&j.shape);
+    }
+}
+
 /* In a groove the surface is less open than beside it. */
 static void weigh_fold(void *user)
 {
@@ -664,6 +695,7 @@ QW_TEST_SUITE(atlas)
         cmocka_unit_test(holes_need_no_seams),
         cmocka_unit_test(rings_are_no_seams),
         cmocka_unit_test(mirrored_seams),
+        cmocka_unit_test(patches_change_charts),
         cmocka_unit_test(one_outline_only),
         cmocka_unit_test(seams_in_grooves),
         cmocka_unit_test(blocks_are_rectangles),

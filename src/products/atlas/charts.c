@@ -82,14 +82,20 @@ static void take_charts(maker *k)
     qw_free(k->env, begin);
 }
 
+/* Leaves out those that were joined to others. */
+static void take_charts_again(maker *k)
+{
+    qw_free(k->env, k->made.chart);
+    take_charts(k);
+}
+
 /* Splits patches until each lies flat fairly, or is a single face. */
 static void lay_patches(maker *k)
 {
     uint8_t *done = QW_NEW_ZERO(k->env, uint8_t, k->m->face_count); /* 1: the patch of this first face is settled */
     for (bool again = true; again;) {
         again = false;
-        qw_free(k->env, k->made.chart);
-        take_charts(k);
+        take_charts_again(k);
         for (uint32_t a = 0; a < k->made.count; a++) {
             const qw_chart *c = &k->made.chart[a];
             if (done[c->face[0]]) continue;
@@ -165,6 +171,15 @@ static double face_area(const qw_atlas_mesh *m, uint32_t f)
 
 /* ---- how large */
 
+/* Of all seams. */
+static double cost_of_seams(const maker *k)
+{
+    double sum = 0;
+    for (uint32_t c = 0; c < k->m->corner_count; c++)
+        if (k->m->seam[c] && k->m->twin[c] != QW_NONE && c < k->m->twin[c]) sum += qw_seam_cost(k, c);
+    return sum;
+}
+
 /* What a level has made: enough to go back to it. */
 typedef struct state {
     double (*uv)[2]; /* double[corner_count][2] */
@@ -199,8 +214,7 @@ static void go_back(maker *k, const state *s)
 {
     size_t n = k->m->corner_count;
     memcpy(k->made.uv, s->uv, n * sizeof *s->uv), memcpy(k->m->seam, s->seam, n);
-    qw_free(k->env, k->made.chart);
-    take_charts(k);
+    take_charts_again(k);
 }
 
 /* Who says whether charts pack well. */
@@ -236,40 +250,47 @@ static bool try_join(maker *k, uint32_t a, uint32_t b)
     return packs_well(k);
 }
 
-/* Lays the patches of a chart apart again. mark: uint8_t[face_count]. */
-static void loosen(maker *k, const state *patches, uint32_t a, uint8_t *mark)
+/* Patches find other charts. */
+typedef struct sharer {
+    const state *patches;  /* each by itself */
+    const uint32_t *patch; /* uint32_t[face_count]: of each face */
+    uint8_t *mark;         /* uint8_t[face_count]: of patches that are shared out */
+    state kept, first;
+    bool is_bold; /* how all pack is not asked */
+} sharer;
+
+/* Lays patches that are marked apart again. */
+static void loosen(maker *k, const sharer *s)
 {
-    const qw_chart *c = &k->made.chart[a];
-    for (uint32_t i = 0; i < c->count; i++) {
-        mark[c->face[i]] = 1;
-        for (uint32_t e = k->m->begin[c->face[i]]; e < k->m->begin[c->face[i] + 1]; e++) {
-            k->m->seam[e] |= patches->seam[e];
-            memcpy(k->made.uv[e], patches->uv[e], sizeof *patches->uv);
-        }
+    for (uint32_t e = 0; e < k->m->corner_count; e++) {
+        if (!s->mark[k->m->face[e]]) continue;
+        if (s->patches->seam[e]) qw_set_seam(k->m, e, 1);
+        memcpy(k->made.uv[e], s->patches->uv[e], sizeof *k->made.uv);
     }
 }
 
-/* Shares out the patches of a chart, and of its opposite, among their neighbours: all of them, or none. */
-static void share_out(maker *k, uint32_t a, const state *patches, state *kept, uint8_t *mark)
+/* Shares out the patches that are marked among the charts beside them, where all charts pack well then: all of them, or
+   none. They make at most so many more charts, and then no more seams than cost so much. */
+static bool share_out(maker *k, sharer *s, uint32_t most_more, double most_cost)
 {
-    uint32_t b = k->mirror ? qw_chart_opposite(k, a) : QW_NONE;
     uint32_t before = k->made.count;
-    keep_state(k, kept);
-    memset(mark, 0, k->m->face_count);
-    loosen(k, patches, a, mark);
-    if (b != QW_NONE && b != a) loosen(k, patches, b, mark);
-    qw_free(k->env, k->made.chart);
-    take_charts(k);
-    bool is_shared = k->made.count - before < (b != QW_NONE && b != a ? 2 : 1) * MOST_PATCHES;
+    keep_state(k, &s->kept);
+    loosen(k, s);
+    take_charts_again(k);
+    bool is_shared = k->made.count - before <= most_more;
     for (uint32_t i = 0; i < k->made.count && is_shared; i++)
-        k->made.chart[i].is_loose = mark[k->made.chart[i].face[0]];
+        k->made.chart[i].is_loose = s->mark[k->made.chart[i].face[0]];
     k->bounds.only_loose = true;
     if (is_shared) qw_join_charts(k);
     k->bounds.only_loose = false;
     for (uint32_t i = 0; i < k->made.count; i++) is_shared &= k->made.chart[i].count == 0 || !k->made.chart[i].is_loose;
+    is_shared = is_shared && cost_of_seams(k) < most_cost;
     for (uint32_t i = 0; i < k->made.count && is_shared; i++)
         if (k->made.chart[i].count > 0 && k->made.chart[i].stamp > 0) turn_chart(k, &k->made.chart[i]);
-    if (!is_shared || !packs_well(k)) go_back(k, kept);
+    is_shared = is_shared && (s->is_bold || packs_well(k));
+    if (is_shared) take_charts_again(k);
+    else go_back(k, &s->kept);
+    return is_shared;
 }
 
 /* The smallest chart above a size; QW_NONE: none. */
@@ -283,17 +304,109 @@ static uint32_t next_larger(const maker *k, uint32_t size)
     return found;
 }
 
-/* Shares out small charts where all still pack well: the smallest first. */
-static void share_out_small(maker *k, const state *patches)
+/* Shares out small charts, each with its opposite: the smallest first. */
+static void share_out_small(maker *k, sharer *s)
 {
-    uint8_t *mark = QW_NEW(k->env, uint8_t, k->m->face_count);
-    state kept;
-    add_state(k, &kept);
-    k->looks_left = MOST_LOOKS;
     for (uint32_t size = 0, a; k->looks_left > 0 && (a = next_larger(k, size)) != QW_NONE;) {
+        uint32_t b = k->mirror ? qw_chart_opposite(k, a) : QW_NONE, charts = b != QW_NONE && b != a ? 2 : 1;
         size = k->made.chart[a].count;
-        share_out(k, a, patches, &kept, mark);
+        for (uint32_t f = 0; f < k->m->face_count; f++) s->mark[f] = k->chart_of[f] == a || k->chart_of[f] == b;
+        share_out(k, s, charts * MOST_PATCHES - 1, INFINITY);
     }
+}
+
+/* The patch that lies opposite to one, face by face; QW_NONE: there is none. */
+static uint32_t opposite_patch(const maker *k, const uint32_t *patch, uint32_t p)
+{
+    uint32_t q = QW_NONE, faces = 0;
+    for (uint32_t f = 0; f < k->m->face_count; f++) {
+        if (patch[f] != p) continue;
+        uint32_t h = k->mirror[k->m->begin[f]], to = h == QW_NONE ? QW_NONE : patch[k->m->face[h]];
+        if (to == QW_NONE || (faces > 0 && to != q)) return QW_NONE;
+        q = to, faces++;
+    }
+    for (uint32_t f = 0; f < k->m->face_count; f++) faces -= patch[f] == q;
+    return faces == 0 ? q : QW_NONE;
+}
+
+/* Marks a patch and its opposite. Returns how many these are; 0: the chart has an opposite, but not the patch. */
+static uint32_t mark_patch(const maker *k, const sharer *s, uint32_t p)
+{
+    uint32_t q = k->mirror ? opposite_patch(k, s->patch, p) : p, a = QW_NONE;
+    for (uint32_t f = 0; f < k->m->face_count; f++) {
+        s->mark[f] = s->patch[f] == p || s->patch[f] == q;
+        if (s->patch[f] == p) a = k->chart_of[f];
+    }
+    if (q == QW_NONE) return qw_chart_opposite(k, a) == QW_NONE;
+    return q == p ? 1 : 2;
+}
+
+/* Whether less of a patch's border would be a seam in other charts: double[patches], above 0. */
+static void find_gains(const maker *k, const sharer *s, double *gain, uint32_t patches)
+{
+    memset(gain, 0, patches * sizeof *gain);
+    for (uint32_t e = 0; e < k->m->corner_count; e++) {
+        uint32_t f = k->m->face[e], g = k->m->twin[e] == QW_NONE ? f : k->m->face[k->m->twin[e]];
+        if (s->patch[f] == s->patch[g]) continue;
+        if (!k->m->seam[e]) gain[s->patch[f]] -= qw_seam_cost(k, e);
+        else if (k->chart_of[f] != k->chart_of[g] && k->m->wall[e] < QW_WALL_SHARP)
+            gain[s->patch[f]] += qw_seam_cost(k, e);
+    }
+}
+
+/* Gives patches to other charts where seams cost less then. gain: double[patches]. */
+static bool give_patches(maker *k, sharer *s, double *gain, uint32_t patches)
+{
+    bool any = false;
+    find_gains(k, s, gain, patches);
+    for (uint32_t p = 0; p < patches && k->looks_left > 0; p++) {
+        uint32_t count = gain[p] > 0 ? mark_patch(k, s, p) : 0;
+        if (count == 0 || !share_out(k, s, count, cost_of_seams(k))) continue;
+        find_gains(k, s, gain, patches);
+        any = true;
+    }
+    return any;
+}
+
+/* All of them, or where charts do not pack well then, one by one as long as they do. */
+static bool give_all(maker *k, sharer *s, uint32_t patches)
+{
+    double *gain = QW_NEW(k->env, double, patches);
+    keep_state(k, &s->first);
+    s->is_bold = true;
+    bool any = give_patches(k, s, gain, patches);
+    s->is_bold = false;
+    if (any && !packs_well(k)) go_back(k, &s->first), any = give_patches(k, s, gain, patches);
+    qw_free(k->env, gain);
+    return any;
+}
+
+/* Joins charts, shares out small ones and gives patches to others as long as all pack well, until none is given. */
+static void rearrange(maker *k, sharer *s, uint32_t patches)
+{
+    uint32_t looks = MOST_LOOKS;
+    do {
+        k->suits = try_join, k->looks_left = looks;
+        qw_join_charts(k);
+        k->suits = NULL, k->looks_left = looks;
+        take_charts_again(k);
+        share_out_small(k, s);
+        k->looks_left = looks, looks /= 2;
+    } while (give_all(k, s, patches));
+}
+
+/* The same, and once more with patches given first: where seams cost less then, that is kept. from: as charts lie. */
+static void rearrange_twice(maker *k, sharer *s, uint32_t patches, const state *from)
+{
+    state once;
+    add_state(k, &once);
+    rearrange(k, s, patches);
+    keep_state(k, &once);
+    double cost = cost_of_seams(k);
+    go_back_turned(k, from);
+    k->looks_left = MOST_LOOKS;
+    if (give_all(k, s, patches)) rearrange(k, s, patches);
+    if (cost_of_seams(k) >= cost) go_back(k, &once);
 }
 
 /* Joins at every level, goes back to the last whose charts pack well, else the first, and joins on as long as they do;
@@ -302,8 +415,10 @@ static void join_at_levels(maker *k, qw_chart_judge *judge, void *user)
 {
     state all[LEVELS + 1];
     choice c = {judge, user};
-    uint32_t count = 1, low = 0, high;
+    uint32_t count = 1, low = 0, high, patches = k->made.count;
     k->user = &c;
+    uint32_t *patch = QW_NEW(k->env, uint32_t, k->m->face_count);
+    memcpy(patch, k->chart_of, k->m->face_count * sizeof *patch);
     add_state(k, &all[0]);
     double waste = FIRST_WASTE;
     for (uint32_t level = 0; level < (judge ? LEVELS : 1); level++, waste /= 2) {
@@ -320,15 +435,13 @@ static void join_at_levels(maker *k, qw_chart_judge *judge, void *user)
     }
     go_back_turned(k, &all[low]);
     if (judge) {
-        k->suits = try_join, k->looks_left = MOST_LOOKS;
-        qw_join_charts(k);
-        k->suits = NULL;
-        share_out_small(k, &all[0]);
+        sharer s = {.patches = &all[0], .patch = patch, .mark = QW_NEW(k->env, uint8_t, k->m->face_count)};
+        add_state(k, &s.kept), add_state(k, &s.first);
+        rearrange_twice(k, &s, patches, &all[low]);
         k->bounds.only_crumbs = true, k->bounds.most_of_one = MOST_OF_CRUMBS;
         qw_join_charts(k);
     }
-    qw_free(k->env, k->made.chart);
-    take_charts(k);
+    take_charts_again(k);
     for (uint32_t a = 0; a < k->made.count; a++) finish_chart(k, &k->made.chart[a]);
 }
 
