@@ -38,7 +38,6 @@ static qw_status run_next(qw_context_state *c)
     case QW_STAGE_REGULAR: /* the same so that they close around every triangle (Eq. 3) */
         return qw_run_stage(c, qw_stage_REGULAR);
     case QW_STAGE_INVERSIONS: /* the same so that no triangle is inverted (Eq. 4) */
-        /* back to REGULAR if some are: with stiffer triangles */
         return qw_run_judged_stage(c, qw_stage_INVERSIONS);
         /* ---- the quads (Sections 3.5 and 3.6) */
 

@@ -240,7 +240,7 @@ static void lays_out_from_afar(void **state)
     qw_flatten_counts near, far;
     float *stiffness = stiffness_of(env, &m);
     stiffness[0] = 1e4f;
-    qw_flatten(env, &m, 0, stiffness, &near);
+    qw_flatten(env, &m, stiffness, &near);
     uint32_t *out = qw_offset_outgoing(env, &m);
     uint64_t random = 3;
     qw_star star = {0};
@@ -250,7 +250,7 @@ static void lays_out_from_afar(void **state)
         qw_int2 step = {(int32_t)(random >> 32) % FAR, (int32_t)(random >> 40) % FAR};
         if (star.movable && m.constraint[v] == QW_VERTEX_FREE) qw_star_move(&m, &star, step);
     }
-    qw_flatten(env, &m, 0, stiffness, &far);
+    qw_flatten(env, &m, stiffness, &far);
     qw_offset_counts after = qw_offset_count(&m);
     assert_true(after.irregular_triangles == 0 && after.inverted_triangles <= m.face_count / 100);
     assert_true(far.energy < near.energy + 0.002);

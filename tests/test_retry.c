@@ -66,25 +66,9 @@ static void a_good_attempt_goes_on(void **state)
                         {RELAX(.uncovered = 0), QW_NO_RETRY, 0});
     assert_int_equal(h.count, 1);
     const qw_plan *p = last_plan(&h);
-    assert_true(p->size_factor == 1 && p->strategy == QW_STRATEGY_USUAL);
+    assert_true(p->size_factor == 1);
     assert_int_equal(qw_history_asked_by(&h), -1);
     assert_int_equal(qw_history_went_to(&h), QW_STAGE_COUNT);
-}
-
-/* ---- inverted triangles */
-
-static void inverted_triangles_ask_for_stiffness(void **state)
-{
-    (void)state;
-    qw_history h = PLAY(USUAL, {INVERSIONS(.inverted = 3), QW_RETRY_INVERTED, 0},
-                        {INVERSIONS(.inverted = 2), QW_NO_RETRY, 1});
-    assert_true(last_plan(&h)->strategy == QW_STRATEGY_STIFF && last_plan(&h)->effort == QW_EFFORT_FULL);
-    PLAY(USUAL, {INVERSIONS(.inverted = 3), QW_RETRY_INVERTED, 0}, {INVERSIONS(.inverted = 3), QW_NO_RETRY, 0});
-    PLAY(USUAL, {INVERSIONS(.inverted = 3), QW_RETRY_INVERTED, 0}, {INVERSIONS(.inverted = 9), QW_NO_RETRY, 0});
-    PLAY(USUAL, {INVERSIONS(.inverted = 3, .stiffening_changes_nothing = 1), QW_NO_RETRY, 0});
-    qw_request flow = USUAL;
-    flow.is_closed = 0;
-    PLAY(flow, {INVERSIONS(.inverted = 3), QW_NO_RETRY, 0});
 }
 
 /* A fold of a few triangles among millions is left to repairs: another attempt would take minutes. */
@@ -95,21 +79,7 @@ static void a_small_fold_of_millions_is_let_be(void **state)
     millions.faces_wanted = 5e6;
     PLAY(millions, {INVERSIONS(.inverted = 40), QW_NO_RETRY, 0},
          {REPAIR(.inverted = 40, .topology_lost = 1, .places = 1), QW_NO_RETRY, 0});
-    PLAY(millions, {INVERSIONS(.inverted = 4000), QW_RETRY_INVERTED, 0});
     PLAY(millions, {REPAIR(.topology_lost = 1, .places = 4), QW_RETRY_TOPOLOGY, QW_NO_ATTEMPT});
-}
-
-/* Once a round: another size keeps what was found out, places that are refined ask anew. */
-static void stiffness_is_tried_once_a_round(void **state)
-{
-    (void)state;
-    qw_history h = PLAY(USUAL, {INVERSIONS(.inverted = 3), QW_RETRY_INVERTED, 0},
-                        {INVERSIONS(.inverted = 3), QW_NO_RETRY, 0}, {SIMPLIFY(.faces = 1100), QW_RETRY_FACE_COUNT, 0},
-                        {INVERSIONS(.inverted = 3), QW_NO_RETRY, 2}, {SIMPLIFY(.faces = 1010), QW_NO_RETRY, 2},
-                        {RELAX(.uncovered = 3, .places = 2), QW_RETRY_COVERAGE, 2},
-                        {INVERSIONS(.inverted = 1), QW_RETRY_INVERTED, 3});
-    assert_true(h.attempt[2].plan.strategy == QW_STRATEGY_USUAL && h.attempt[2].plan.effort == QW_EFFORT_FULL);
-    assert_true(h.attempt[3].plan.effort == QW_EFFORT_SMALL);
 }
 
 /* ---- the topology */
@@ -233,14 +203,9 @@ static void crowds_of_cones_end_early(void **state)
     PLAY(USUAL, {SIMPLIFY(.faces = 1900, .lacks_room = 1), QW_RETRY_FACE_COUNT, 0},
          {SIMPLIFY(.faces = 1800, .lacks_room = 1), QW_RETRY_FACE_COUNT, 1},
          {SIMPLIFY(.faces = 1700, .lacks_room = 1), QW_NO_RETRY, 2});
-    PLAY(USUAL, {INVERSIONS(.inverted = 3, .lacks_room = 1), QW_RETRY_INVERTED, 0});
-    PLAY(USUAL, {INVERSIONS(.inverted = 3, .lacks_room = 2), QW_NO_RETRY, 0});
     PLAY(USUAL, {SIMPLIFY(.faces = 1900, .lacks_room = 2), QW_RETRY_FACE_COUNT, 0},
          {SIMPLIFY(.faces = 1800, .lacks_room = 2), QW_NO_RETRY, 1});
     PLAY(USUAL, {RELAX(.uncovered = 2, .places = 1, .lacks_room = 2), QW_NO_RETRY, 0});
-    PLAY(USUAL, {SIMPLIFY(.faces = 1900, .lacks_room = 1), QW_RETRY_FACE_COUNT, 0},
-         {INVERSIONS(.inverted = 3, .lacks_room = 1), QW_NO_RETRY, 1});
-    PLAY(USUAL, {SIMPLIFY(.faces = 1900), QW_RETRY_FACE_COUNT, 0}, {INVERSIONS(.inverted = 3), QW_RETRY_INVERTED, 1});
 }
 
 /* Where thousands of components need much of a large count: no round for flipped quads, one other size. */
@@ -394,7 +359,6 @@ static void the_rows_are_all_the_causes(void **state)
             }
             for (int i = 0; i < QW_RETRIES; i++) /* what goes back further begins the counts anew */
                 if (qw_retry_rows[i].back > r->back) since[i] = 0;
-            if (r->back == QW_STAGE_SCALE) since[QW_RETRY_INVERTED] = since[QW_RETRY_INVERTED] ? 1 : 0;
             assert_true(++since[step.cause] <= r->most);
             assert_true(h.count < QW_MAX_ATTEMPTS);
             qw_history_go_back(&h, &step);
@@ -433,9 +397,7 @@ QW_TEST_SUITE(retry)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_good_attempt_goes_on),
-        cmocka_unit_test(inverted_triangles_ask_for_stiffness),
         cmocka_unit_test(a_small_fold_of_millions_is_let_be),
-        cmocka_unit_test(stiffness_is_tried_once_a_round),
         cmocka_unit_test(lost_topology_is_refined_once),
         cmocka_unit_test(another_size_as_long_as_it_helps),
         cmocka_unit_test(sizes_are_bounded),

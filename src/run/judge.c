@@ -139,7 +139,6 @@ void qw_judge(const qw_run_state *run, qw_stage finished, qw_judgement *j)
     switch (finished) {
     case QW_STAGE_INVERSIONS:
         j->verdict.inverted = run->inverted + run->irregular;
-        j->verdict.stiffening_changes_nothing = run->stiffening_changes_nothing;
         j->verdict.lacks_room = run->lacks_room;
         break;
     case QW_STAGE_REPAIR:

@@ -13,7 +13,7 @@ const qw_retry_row qw_retry_rows[QW_RETRIES] = {
 #include "run/retries.def"
 };
 
-static const qw_plan FIRST_PLAN = {.size_factor = 1, .strategy = QW_STRATEGY_USUAL, .effort = QW_EFFORT_SMALL};
+static const qw_plan FIRST_PLAN = {.size_factor = 1};
 
 void qw_history_begin(qw_history *h)
 {
@@ -115,30 +115,6 @@ static bool is_little_inverted(const qw_history *h)
     return qw_is_little_inverted(h->request.faces_wanted, current(h)->verdict.inverted);
 }
 
-/* ---- after INVERSIONS */
-
-/* The surface can be flattened with usual or with stiff triangles; the second is tried where the first leaves
-   triangles inverted. Where cones leave the quads no room, repairs decide what the quads are: once the size has been
-   changed for their count, or where no size can matter, it is not. */
-static qw_step after_integers(const qw_history *h)
-{
-    const qw_attempt *a = current(h);
-    if (a->cause == QW_RETRY_INVERTED) {
-        assert(h->current > 0);
-        const qw_attempt *before = a - 1;
-        return go_on(before->verdict.inverted <= a->verdict.inverted ? h->current - 1 : h->current);
-    }
-    uint32_t round = round_begin(h);
-    bool repairs_decide = a->verdict.lacks_room && (takes_one_step(h) || uses_since(h, QW_RETRY_FACE_COUNT, round) > 0);
-    if (!h->request.is_closed || a->verdict.inverted == 0 || is_little_inverted(h) ||
-        a->verdict.stiffening_changes_nothing || repairs_decide || a->plan.strategy == QW_STRATEGY_STIFF ||
-        !has_use(h, QW_RETRY_INVERTED, round))
-        return go_on(h->current);
-    qw_step step = {QW_RETRY_INVERTED, h->current, a->plan};
-    step.plan.strategy = QW_STRATEGY_STIFF, step.plan.effort = QW_EFFORT_FULL;
-    return step;
-}
-
 /* ---- rounds: the run goes back to the working mesh */
 
 static qw_step refine(const qw_history *h, qw_retry cause, uint32_t best)
@@ -206,9 +182,7 @@ static qw_step after_simplify(const qw_history *h)
     if (qw_is_near_count(qw_faces_aimed_at(&h->request), v->faces, h->request.times_used) || v->faces < 1)
         return go_on(h->current);
     if (best != h->current || !may_resize(h, round)) return go_on(best);
-    qw_step step = with_other_size(h, best);
-    if (uses_since(h, QW_RETRY_INVERTED, round) > 0) step.plan.effort = QW_EFFORT_FULL;
-    return step;
+    return with_other_size(h, best);
 }
 
 /* ---- after RELAX */
@@ -346,7 +320,6 @@ qw_step qw_next_step(const qw_history *h, qw_stage judged)
     if (judged == QW_STAGE_ASSEMBLE) return after_assemble(h);
     if (h->count == QW_MAX_ATTEMPTS) return go_on(h->current);
     switch (judged) {
-    case QW_STAGE_INVERSIONS: return after_integers(h);
     case QW_STAGE_REPAIR: return after_repair(h);
     case QW_STAGE_SIMPLIFY: return after_simplify(h);
     case QW_STAGE_RELAX: return after_relax(h);
@@ -376,11 +349,10 @@ static const char *attempt_fault(const qw_history *h, uint32_t i, double largest
     const qw_plan *p = &a->plan;
     const qw_verdict *v = &a->verdict;
     if (i == 0 && a->cause != QW_NO_RETRY) return "the first attempt was begun for a cause";
-    if (!(p->size_factor >= 1 / largest_factor && p->size_factor <= largest_factor) || p->strategy >= QW_STRATEGIES ||
-        p->effort >= QW_EFFORTS || p->refinements > QW_MAX_REFINEMENTS ||
-        p->plane > qw_retry_rows[QW_RETRY_PLANE].most || p->keeps_teeth > 1 || p->ringless > 1 ||
-        p->room > qw_retry_rows[QW_RETRY_NO_ROOM].most || !is_number(p->core_faces) || !is_number(p->reserve) ||
-        (i > 0 && p->refinements < a[-1].plan.refinements))
+    if (!(p->size_factor >= 1 / largest_factor && p->size_factor <= largest_factor) ||
+        p->refinements > QW_MAX_REFINEMENTS || p->plane > qw_retry_rows[QW_RETRY_PLANE].most || p->keeps_teeth > 1 ||
+        p->ringless > 1 || p->room > qw_retry_rows[QW_RETRY_NO_ROOM].most || !is_number(p->core_faces) ||
+        !is_number(p->reserve) || (i > 0 && p->refinements < a[-1].plan.refinements))
         return "an attempt has a plan that none can have";
     if (a->judged > QW_STAGE_COUNT || !is_number(v->faces) || !is_number(v->uncovered) || !is_number(v->flipped) ||
         !is_number(v->lacking) || !is_number(v->misshapen) || v->inverted < 0)

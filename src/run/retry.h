@@ -32,8 +32,7 @@ static inline int qw_begins_anew(const qw_retry_row *row) { return row->after + 
 /* What an attempt was like: 0 what has not been judged yet. Flags are 0 or 1. */
 typedef struct qw_verdict {
     /* after INVERSIONS */
-    int64_t inverted;                    /* triangles that the integers leave inverted */
-    uint32_t stiffening_changes_nothing; /* flag: the same integers would be chosen on a stiffer surface */
+    int64_t inverted; /* triangles that the integers leave inverted */
     /* after REPAIR */
     uint32_t topology_lost; /* flag: the quads of a component do not have its topology */
     /* after SIMPLIFY */

@@ -4,13 +4,6 @@
 
 #include <stdint.h>
 
-/* Stiffness, in the second solve, of triangles that the closed offsets would squeeze or invert. */
-typedef enum qw_strategy { QW_STRATEGY_USUAL, QW_STRATEGY_STIFF, QW_STRATEGIES } qw_strategy;
-
-/* How large the neighbourhoods are in which SAT repairs inverted triangles. Small ones do where a stiff surface may
-   be tried next: that takes less time than large ones and leaves no triangle inverted as often. */
-typedef enum qw_effort { QW_EFFORT_SMALL, QW_EFFORT_FULL, QW_EFFORTS } qw_effort;
-
 /* Why quads of one side do not suit the other: they lie farther from it, or parts that stick out are lost, as they may
    be on half of a surface. */
 typedef enum qw_unlike { QW_SIDES_ALIKE, QW_OTHER_SIDE_FARTHER, QW_PARTS_LOST } qw_unlike;
@@ -24,10 +17,8 @@ typedef struct qw_plan {
     double core_faces;  /* no fewer quads are asked of the core: where so few have no room for both sides of a plane of
                            symmetry */
     double reserve;     /* quads of the count that are kept for what sticks out, and grow once all others are there */
-    qw_strategy strategy;
-    qw_effort effort;
-    uint32_t plane;       /* planes of symmetry from this one on may be used */
-    uint16_t room;        /* how often more room was asked for since this plane is used */
+    uint32_t plane;     /* planes of symmetry from this one on may be used */
+    uint16_t room;      /* how often more room was asked for since this plane is used */
     uint16_t keeps_teeth; /* flag: triangles of a region with two edges on its rim stay as they are */
     uint32_t ringless;    /* flag: no rings are found, only those that were asked for are made */
     uint32_t refinements; /* how many of the run's refinements apply: places around which the wanted edge length is

@@ -123,8 +123,7 @@ typedef struct qw_run_state {
     /* 1: the decimated complex has more triangles than quads are wanted, or lines run together; 2: it has many times as
        many (QW_MOST_DECIMATED) */
     uint32_t lacks_room;
-    uint32_t stiffening_changes_nothing; /* flag: stiffer triangles would be flattened to the same integers */
-    int64_t irregular;                   /* triangles that break Eq. (3): the paper's flows may leave some */
+    int64_t irregular; /* triangles that break Eq. (3): the paper's flows may leave some */
     /* INVERSIONS */
     int64_t inverted; /* triangles left inverted */
     /* one of each of OFFSETS, REGULAR, INVERSIONS */

@@ -137,7 +137,7 @@ static float area_share(const qw_offset_mesh *m, const qw_real2 *d, uint32_t f)
     return (a.x * b.y - a.y * b.x) / fmaxf(right, LEAST_AREA * longest + NO_AREA);
 }
 
-uint32_t qw_stiffen(const qw_offset_mesh *m, const qw_real2 *closed, float *stiffness)
+static uint32_t stiffen(const qw_offset_mesh *m, const qw_real2 *closed, float *stiffness)
 {
     assert(closed && stiffness);
     uint32_t squeezed = 0;
@@ -270,7 +270,7 @@ qw_real2 *qw_closed_offsets(qw_env *env, qw_offset_mesh *m, uint32_t rounds, flo
         else s.grids = qw_multigrid_build(env, &matrix);
         solve(env, &s, counts);
         if (round == rounds) break;
-        counts->squeezed = qw_stiffen(m, closed, stiffness);
+        counts->squeezed = stiffen(m, closed, stiffness);
         if (counts->squeezed <= FEW_SQUEEZED || (float)counts->squeezed <= SMALL_SHARE * (float)m->face_count) break;
         counts->rounds++;
     }

@@ -29,6 +29,3 @@ typedef struct qw_closed_counts {
    stretch m->real takes over; 0 leaves it as it is. */
 qw_real2 *qw_closed_offsets(qw_env *env, qw_offset_mesh *m, uint32_t rounds, float give, float *stiffness,
                             qw_closed_counts *counts);
-
-/* Makes the edges of triangles that d squeezes stiffer; returns how many triangles it squeezes. */
-uint32_t qw_stiffen(const qw_offset_mesh *m, const qw_real2 *d, float *stiffness);

@@ -29,9 +29,8 @@ typedef struct layout {
     uint32_t *first, *column;
     float *value, *right, *u;
     double *diagonal;
-    float *stiffness; /* float[edge_count] */
-    qw_real2 *laid;   /* qw_real2[edge_count], as lay_out_block leaves it */
-    double *energy;   /* of each block of edges */
+    const float *stiffness; /* float[edge_count] */
+    double *energy;         /* of each block of edges */
 } layout;
 
 static float weight_of(const layout *l, uint32_t e)
@@ -204,17 +203,6 @@ static void solve(qw_env *env, layout *l, double most_fall, qw_flatten_counts *c
     counts->residual = result.residual;
 }
 
-/* Offsets with every vertex where the real solution puts it. */
-static void lay_out_block(void *user, uint32_t begin, uint32_t end)
-{
-    const layout *l = user;
-    for (uint32_t e = begin; e < end; e++) {
-        qw_real2 ua, ub;
-        ends_moved(l, e, &ua, &ub);
-        l->laid[e] = (qw_real2){(float)l->m->d[e].x + ub.x - ua.x, (float)l->m->d[e].y + ub.y - ua.y};
-    }
-}
-
 /* Offsets with every vertex at the lattice point nearest to that. */
 static void round_block(void *user, uint32_t begin, uint32_t end)
 {
@@ -228,27 +216,19 @@ static void round_block(void *user, uint32_t begin, uint32_t end)
     }
 }
 
-void qw_flatten(qw_env *env, qw_offset_mesh *m, uint32_t rounds, float *stiffness, qw_flatten_counts *counts)
+void qw_flatten(qw_env *env, qw_offset_mesh *m, const float *stiffness, qw_flatten_counts *counts)
 {
     assert(m->real && stiffness && counts);
     *counts = (qw_flatten_counts){0};
     qw_scope_begin(env);
     layout l = {.m = m, .stiffness = stiffness};
     uint32_t n = 2 * m->vertex_count;
-    if (rounds > 0) l.laid = QW_NEW(env, qw_real2, m->edge_count);
     find_frames(env, &l);
     l.u = QW_NEW_ZERO(env, float, n);
-    for (uint32_t round = 0;; round++) {
-        fill_system(env, &l);
-        qw_scope_begin(env);
-        solve(env, &l, rounds == 0 ? MOST_FALL : INFINITY, counts); /* what stiff triangles gain says nothing */
-        qw_scope_end(env);
-        if (round == rounds) break;
-        qw_parallel(env, m->edge_count, QW_GRAIN_LIGHT, lay_out_block, &l);
-        counts->squeezed = qw_stiffen(m, l.laid, stiffness);
-        if (counts->squeezed == 0) break;
-        counts->rounds++;
-    }
+    fill_system(env, &l);
+    qw_scope_begin(env);
+    solve(env, &l, MOST_FALL, counts);
+    qw_scope_end(env);
     counts->energy = energy_of(env, &l);
     qw_parallel(env, m->edge_count, QW_GRAIN_LIGHT, round_block, &l);
     qw_scope_end(env);

@@ -14,11 +14,10 @@
 #include "remesh/offsets/offsets.h"
 
 typedef struct qw_flatten_counts {
-    uint32_t rounds, iterations, squeezed;
+    uint32_t iterations;
     double residual;
     double energy; /* mean over the edges of |d' - x|^2 / |x|^2 before rounding */
 } qw_flatten_counts;
 
-/* Changes m->d. stiffness: float[m->edge_count], as qw_closed_offsets left it; raised further, in at most `rounds`
-   rounds, where triangles are squeezed. */
-void qw_flatten(qw_env *env, qw_offset_mesh *m, uint32_t rounds, float *stiffness, qw_flatten_counts *counts);
+/* Changes m->d. stiffness: float[m->edge_count], as qw_closed_offsets left it. */
+void qw_flatten(qw_env *env, qw_offset_mesh *m, const float *stiffness, qw_flatten_counts *counts);

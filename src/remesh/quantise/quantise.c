@@ -14,7 +14,7 @@
 #include <string.h>
 
 /* Rounds of stiffening: usually, and in a stiff attempt for the closed offsets and for the layout. */
-enum { USUAL_CLOSED = 1, STIFF_CLOSED = 4, STIFF_FLAT = 3 };
+enum { CLOSED_ROUNDS = 1 };
 /* A component whose closed offsets have less than this share of the area by its edges has collapsed (around a
    protrusion thinner than a quad): no size gives it its count, and a large size only makes offsets long. */
 static const double LEAST_AREA = 0.25;
@@ -147,8 +147,7 @@ static void log_counts(qw_env *env, const reduced *r, const qw_search_result *fo
            found->inverted, found->collapsed);
     qw_log(env, QW_LOG_DEBUG, "lines that meet: %u of %u tried; length of all %lld, was %lld", found->meetings.kept,
            found->meetings.tried, (long long)found->meetings.length_after, (long long)found->meetings.length_before);
-    qw_log(env, QW_LOG_DEBUG, "flat: %u rounds, %u squeezed, energy %.4f", flattening->rounds, flattening->squeezed,
-           flattening->energy);
+    qw_log(env, QW_LOG_DEBUG, "flat: energy %.4f", flattening->energy);
 }
 
 qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, const qw_quantise_request *asked)
@@ -164,8 +163,8 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, const qw_quantise
     qw_did(env, QW_MECH_NARROW_BANDS, counts.band_triangles);
     qw_log(env, QW_LOG_DEBUG, "%lld triangles in narrow bands", (long long)counts.band_triangles);
     float *stiffness = QW_NEW(env, float, m->edge_count);
-    qw_real2 *closed = qw_closed_offsets(env, m, asked->stiff ? STIFF_CLOSED : USUAL_CLOSED,
-                                         (float)fmin(asked->follow / QW_USUAL_FOLLOW, 1), stiffness, &closing);
+    qw_real2 *closed = qw_closed_offsets(env, m, CLOSED_ROUNDS, (float)fmin(asked->follow / QW_USUAL_FOLLOW, 1),
+                                         stiffness, &closing);
     qw_progress(env, 0.4);
     reduced r = reduce(env, m, closed, asked);
     qw_int2 *d = QW_NEW(env, qw_int2, r.whole.complex.edge_count);
@@ -174,7 +173,7 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, const qw_quantise
     qw_decimated_expand(&r.whole, d, m->d);
     release_moved(m);
     take_sizes(m, &r.components, found.scale);
-    qw_flatten(env, m, asked->stiff ? STIFF_FLAT : 0, stiffness, &flattening);
+    qw_flatten(env, m, stiffness, &flattening);
     count(&counts, m, &r, &found, &closing, &flattening);
     log_counts(env, &r, &found, &closing, &flattening);
     qw_scope_end(env);

@@ -24,7 +24,6 @@ typedef struct qw_quantise_request {
     double quads;
     double times;         /* as in base/promise.h */
     double loops, follow; /* the options; loops 0 leaves lines as they fall, follow 0 sizes as they are */
-    bool stiff;           /* stiffens squeezed triangles in several rounds, until few or none are left */
     uint8_t *verdict;     /* uint8_t[3 face_count] or NULL: see acute_corners.h */
 } qw_quantise_request;
 

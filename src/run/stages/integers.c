@@ -26,8 +26,7 @@
 /* Radius of curvature diffusion, in edge lengths of the quads for a smoothness of 1: docs/dev/decisions/orientation.md.
  */
 static const double CURVATURE_RADIUS = 0.8;
-/* Above this share of squeezed triangles the decimated complex does not predict what a stiffer surface would give;
-   real meshes have a tenth at most. */
+/* Above this share of squeezed triangles cones leave the quads no room; real meshes have a tenth at most. */
 static const double MUCH_SQUEEZED = 0.25;
 /* Offsets of a larger mean length, in lattice steps, have run away: working edges are 1.25 times as long as those of
    the quads at most, and half as long in the mean. */
@@ -215,7 +214,7 @@ void qw_stage_REGULAR(qw_run_state *run)
     run->curve_outcome = QW_NEW(run->env, uint8_t, 3 * (size_t)run->regular.face_count);
     memcpy(run->curve_outcome, run->curve_verdict, 3 * (size_t)run->regular.face_count);
     qw_regular_counts c;
-    run->stiffening_changes_nothing = run->lacks_room = 0;
+    run->lacks_room = 0;
     if (qw_is_closed_flow(&run->options)) {
         /* where rho was raised, as the component is long and thin, fewer quads fit; repairs make up for the others */
         double fit = qw_in_quads(run, run->core.area),
@@ -224,7 +223,6 @@ void qw_stage_REGULAR(qw_run_state *run)
                                        .times = qw_times_used(run),
                                        .loops = run->options.loops,
                                        .follow = run->options.follow,
-                                       .stiff = run->plan.strategy == QW_STRATEGY_STIFF,
                                        .verdict = run->curve_outcome};
         qw_quantise_counts counts = qw_quantise(run->env, &run->regular, &request);
         c = counts.regular;
@@ -233,10 +231,6 @@ void qw_stage_REGULAR(qw_run_state *run)
                               : counts.decimated_faces > request.quads || counts.squeezed > MUCH_SQUEEZED;
         if (run->lacks_room && !qw_uses(run->env, QW_MECH_LACKS_ROOM)) run->lacks_room = 0;
         qw_did(run->env, QW_MECH_LACKS_ROOM, run->lacks_room > 0);
-        /* where integers invert triangles of the decimated complex, a stiffer surface leads to the same integers,
-           unless lines ran together over whole faces */
-        run->stiffening_changes_nothing = counts.inverted > 0 && counts.squeezed < MUCH_SQUEEZED &&
-                                          !has_run_away(&run->regular);
     } else {
         c = qw_make_regular(run->env, &run->regular, (qw_flow_choice)run->options.flow,
                             (qw_cost_kind)run->options.cost);
@@ -251,16 +245,6 @@ void qw_stage_REGULAR(qw_run_state *run)
     r->position_singularities_after = run->irregular = qw_offset_count(&run->regular).irregular_triangles;
 }
 
-/* Small neighbourhoods where the plan allows a stiff attempt next, unless that is known to be useless, and where
-   repairs decide. */
-static qw_sat_effort sat_effort(const qw_run_state *run)
-{
-    if (run->lacks_room > 1) return QW_SAT_NEAR;
-    return run->plan.effort == QW_EFFORT_SMALL && qw_is_closed_flow(&run->options) && !run->stiffening_changes_nothing
-               ? QW_SAT_NEAR
-               : QW_SAT_FAR;
-}
-
 /* Splits long edges and removes inverted triangles, by single moves first, then by SAT. */
 void qw_stage_INVERSIONS(qw_run_state *run)
 {
@@ -268,7 +252,7 @@ void qw_stage_INVERSIONS(qw_run_state *run)
     qw_report *r = run->report;
     r->sat_calls = r->sat_conflicts = 0;
     if (qw_uses(run->env, QW_MECH_RUNAWAY) && has_run_away(&run->inversion_free)) { /* such offsets cannot be
-                                                 contracted: another strategy is tried, or components are rebuilt */
+                                                 contracted: components are rebuilt */
         qw_did(run->env, QW_MECH_RUNAWAY, 1);
         r->subdivided_edges = 0;
         r->inverted_before = r->inverted_after_greedy = r->inverted_after_sat = run->inverted =
@@ -278,7 +262,8 @@ void qw_stage_INVERSIONS(qw_run_state *run)
     r->subdivided_edges = qw_subdivide_long_edges(run->env, &run->inversion_free);
     qw_inversion_counts c = {0};
     qw_remove_inversions_greedy(run->env, &run->inversion_free, &c);
-    if (run->options.sat) qw_remove_inversions_sat(run->env, &run->inversion_free, sat_effort(run), &c);
+    if (run->options.sat)
+        qw_remove_inversions_sat(run->env, &run->inversion_free, run->lacks_room > 1 ? QW_SAT_NEAR : QW_SAT_FAR, &c);
     r->inverted_before = c.inverted_before, r->inverted_after_greedy = c.inverted_after_greedy,
     r->inverted_after_sat = run->inverted = c.inverted_after;
     r->sat_calls = c.sat_calls, r->sat_conflicts = c.sat_conflicts;
