@@ -112,7 +112,7 @@ static void decimated_complexes_stay_closed(void **state)
         qw_offset_mesh m = unit_solve(env, shapes[i], 0.3f, true).offsets;
         float *stiffness = QW_NEW(env, float, m.edge_count);
         qw_closed_counts closing;
-        qw_real2 *closed = qw_closed_offsets(env, &m, 0, 0, stiffness, &closing);
+        qw_real2 *closed = qw_closed_offsets(env, &m, 0, stiffness, &closing);
         qw_complex c = qw_decimate(env, &m, closed).complex;
         qw_int2 *first = QW_NEW(env, qw_int2, c.edge_count);
         memset(c.d, 0, c.edge_count * sizeof *c.d);

@@ -20,7 +20,7 @@ static split split_of(qw_env *env, qw_trimesh mesh, float rho)
     split s = {.m = unit_solve(env, mesh, rho, true).offsets};
     float *stiffness = QW_NEW(env, float, s.m.edge_count);
     qw_closed_counts counts;
-    s.closed = qw_closed_offsets(env, &s.m, 1, 0, stiffness, &counts);
+    s.closed = qw_closed_offsets(env, &s.m, 0, stiffness, &counts);
     s.decimated = qw_decimate(env, &s.m, s.closed);
     s.components = qw_split_components(env, &s.decimated, &s.m);
     return s;

@@ -28,7 +28,7 @@ static whole whole_with_loops(qw_env *env, qw_trimesh mesh, double quads, double
     qw_offset_mesh m = unit_solve(env, mesh, 0.2f, true).offsets;
     float *stiffness = QW_NEW(env, float, m.edge_count);
     qw_closed_counts counts;
-    qw_real2 *closed = qw_closed_offsets(env, &m, 1, 0, stiffness, &counts);
+    qw_real2 *closed = qw_closed_offsets(env, &m, 0, stiffness, &counts);
     qw_decimated decimated = qw_decimate(env, &m, closed);
     decimated.complex.weight = QW_NEW(env, float, decimated.complex.edge_count);
     qw_complex_weigh(&decimated.complex);

@@ -102,7 +102,7 @@ static void compare(qw_env *env, const char *name, qw_trimesh mesh, float rho, s
     float *stiffness = QW_NEW(env, float, m.edge_count);
     for (uint32_t e = 0; e < m.edge_count; e++) stiffness[e] = 1;
     qw_closed_counts closing;
-    qw_real2 *closed = qw_closed_offsets(env, &m, 0, 0, stiffness, &closing);
+    qw_real2 *closed = qw_closed_offsets(env, &m, 0, stiffness, &closing);
     qw_decimated s = qw_decimate(env, &m, closed);
     for (int size = 0; size < 5; size++) {
         qw_complex c = s.complex;

@@ -57,7 +57,7 @@ static void closed_offsets_are_the_closest(void **state)
         qw_scope_begin(env);
         qw_offset_mesh m = unit_solve(env, solids[i].mesh, solids[i].rho, true).offsets;
         qw_closed_counts counts;
-        qw_real2 *c = qw_closed_offsets(env, &m, 0, 0, stiffness_of(env, &m), &counts);
+        qw_real2 *c = qw_closed_offsets(env, &m, 0, stiffness_of(env, &m), &counts);
         double open = 0, was_open = 0;
         for (uint32_t f = 0; f < m.face_count; f++) {
             qw_real2 now = sum_around(&m, c, f), before = sum_around(&m, m.real, f);
@@ -123,9 +123,9 @@ static void sizes_give_way_to_directions(void **state)
         qw_real2 *own = QW_NEW(env, qw_real2, m.edge_count);
         memcpy(own, m.real, m.edge_count * sizeof *own);
         qw_closed_counts counts;
-        plain += mean_turn(&m, own, qw_closed_offsets(env, &m, 1, 0, stiffness_of(env, &m), &counts));
+        plain += mean_turn(&m, own, qw_closed_offsets(env, &m, 0, stiffness_of(env, &m), &counts));
         assert_memory_equal(own, m.real, m.edge_count * sizeof *own);
-        qw_real2 *c = qw_closed_offsets(env, &m, 1, 1, stiffness_of(env, &m), &counts);
+        qw_real2 *c = qw_closed_offsets(env, &m, 1, stiffness_of(env, &m), &counts);
         given += mean_turn(&m, own, c);
         double open = 0, was_open = 0;
         for (uint32_t f = 0; f < m.face_count; f++) {
@@ -165,7 +165,7 @@ static void decimated_complex_stands_for_the_surface(void **state)
         qw_scope_begin(env);
         qw_offset_mesh m = unit_solve(env, solids[i].mesh, solids[i].rho, true).offsets;
         qw_closed_counts counts;
-        qw_real2 *c = qw_closed_offsets(env, &m, 0, 0, stiffness_of(env, &m), &counts);
+        qw_real2 *c = qw_closed_offsets(env, &m, 0, stiffness_of(env, &m), &counts);
         qw_decimated s = qw_decimate(env, &m, c);
         uint8_t *left = QW_NEW_ZERO(env, uint8_t, m.vertex_count);
         uint32_t vertices = 0, needed = 0;

@@ -252,8 +252,7 @@ static closing begin_closing(qw_env *env, const qw_offset_mesh *m, const qw_real
     return s;
 }
 
-qw_real2 *qw_closed_offsets(qw_env *env, qw_offset_mesh *m, uint32_t rounds, float give, float *stiffness,
-                            qw_closed_counts *counts)
+qw_real2 *qw_closed_offsets(qw_env *env, qw_offset_mesh *m, float give, float *stiffness, qw_closed_counts *counts)
 {
     assert(m->real && stiffness && counts && give >= 0 && give <= 1);
     *counts = (qw_closed_counts){0};
@@ -264,15 +263,14 @@ qw_real2 *qw_closed_offsets(qw_env *env, qw_offset_mesh *m, uint32_t rounds, flo
     for (uint32_t e = 0; e < m->edge_count; e++) stiffness[e] = 1;
     closing s = begin_closing(env, m, own, stiffness, closed);
     const qw_csr matrix = {2 * m->face_count, s.r.first, s.r.column, s.r.value, s.r.diagonal};
-    for (uint32_t round = 0;; round++) {
+    qw_parallel(env, m->face_count, QW_GRAIN, fill_rows, &s.r);
+    s.grids = qw_multigrid_build(env, &matrix);
+    solve(env, &s, counts);
+    counts->squeezed = stiffen(m, closed, stiffness);
+    if (counts->squeezed > FEW_SQUEEZED && (float)counts->squeezed > SMALL_SHARE * (float)m->face_count) {
         qw_parallel(env, m->face_count, QW_GRAIN, fill_rows, &s.r);
-        if (s.grids) qw_multigrid_refresh(env, s.grids); /* few weights have changed: the groups stay */
-        else s.grids = qw_multigrid_build(env, &matrix);
+        qw_multigrid_refresh(env, s.grids); /* few weights have changed: the groups stay */
         solve(env, &s, counts);
-        if (round == rounds) break;
-        counts->squeezed = stiffen(m, closed, stiffness);
-        if (counts->squeezed <= FEW_SQUEEZED || (float)counts->squeezed <= SMALL_SHARE * (float)m->face_count) break;
-        counts->rounds++;
     }
     if (give > 0) let_sizes_give(env, m, &s, give, counts);
     qw_scope_end(env);

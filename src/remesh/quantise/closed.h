@@ -19,13 +19,12 @@
 #include "remesh/offsets/offsets.h"
 
 typedef struct qw_closed_counts {
-    /* squeezed: triangles that lost most of their area, after all rounds but the last */
-    uint32_t rounds, iterations, squeezed;
+    /* squeezed: triangles that lost most of their area, after the first solve */
+    uint32_t iterations, squeezed;
     double residual; /* relative, of the linear system */
 } qw_closed_counts;
 
 /* qw_real2[m->edge_count], each in its edge's frame. stiffness: float[m->edge_count], written: what w was multiplied
-   by, in `rounds` further rounds at most, where triangles inverted or were squeezed. give: 0 to 1, what share of the
+   by, in a second solve, where many triangles were inverted or squeezed. give: 0 to 1, what share of the
    stretch m->real takes over; 0 leaves it as it is. */
-qw_real2 *qw_closed_offsets(qw_env *env, qw_offset_mesh *m, uint32_t rounds, float give, float *stiffness,
-                            qw_closed_counts *counts);
+qw_real2 *qw_closed_offsets(qw_env *env, qw_offset_mesh *m, float give, float *stiffness, qw_closed_counts *counts);

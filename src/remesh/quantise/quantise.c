@@ -13,8 +13,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Rounds of stiffening: usually, and in a stiff attempt for the closed offsets and for the layout. */
-enum { CLOSED_ROUNDS = 1 };
 /* A component whose closed offsets have less than this share of the area by its edges has collapsed (around a
    protrusion thinner than a quad): no size gives it its count, and a large size only makes offsets long. */
 static const double LEAST_AREA = 0.25;
@@ -141,10 +139,10 @@ static void log_counts(qw_env *env, const reduced *r, const qw_search_result *fo
                        const qw_flatten_counts *flattening)
 {
     qw_log(env, QW_LOG_DEBUG,
-           "closed: %u rounds, %u squeezed; decimated complex: %u triangles in %u components; cost %.3f, %u inverted, "
+           "closed: %u squeezed; decimated complex: %u triangles in %u components; cost %.3f, %u inverted, "
            "%u vanish",
-           closing->rounds, closing->squeezed, r->whole.complex.face_count, r->components.count, found->rounding_cost,
-           found->inverted, found->collapsed);
+           closing->squeezed, r->whole.complex.face_count, r->components.count, found->rounding_cost, found->inverted,
+           found->collapsed);
     qw_log(env, QW_LOG_DEBUG, "lines that meet: %u of %u tried; length of all %lld, was %lld", found->meetings.kept,
            found->meetings.tried, (long long)found->meetings.length_after, (long long)found->meetings.length_before);
     qw_log(env, QW_LOG_DEBUG, "flat: energy %.4f", flattening->energy);
@@ -163,8 +161,7 @@ qw_quantise_counts qw_quantise(qw_env *env, qw_offset_mesh *m, const qw_quantise
     qw_did(env, QW_MECH_NARROW_BANDS, counts.band_triangles);
     qw_log(env, QW_LOG_DEBUG, "%lld triangles in narrow bands", (long long)counts.band_triangles);
     float *stiffness = QW_NEW(env, float, m->edge_count);
-    qw_real2 *closed = qw_closed_offsets(env, m, CLOSED_ROUNDS, (float)fmin(asked->follow / QW_USUAL_FOLLOW, 1),
-                                         stiffness, &closing);
+    qw_real2 *closed = qw_closed_offsets(env, m, (float)fmin(asked->follow / QW_USUAL_FOLLOW, 1), stiffness, &closing);
     qw_progress(env, 0.4);
     reduced r = reduce(env, m, closed, asked);
     qw_int2 *d = QW_NEW(env, qw_int2, r.whole.complex.edge_count);
