@@ -381,32 +381,19 @@ static bool give_all(maker *k, sharer *s, uint32_t patches)
     return any;
 }
 
-/* Joins charts, shares out small ones and gives patches to others as long as all pack well, until none is given. */
+/* Gives patches to other charts, joins charts and shares out small ones as long as all pack well, until no patch is
+   given. */
 static void rearrange(maker *k, sharer *s, uint32_t patches)
 {
-    uint32_t looks = MOST_LOOKS;
-    do {
+    k->looks_left = MOST_LOOKS;
+    for (uint32_t looks = MOST_LOOKS; give_all(k, s, patches) || looks == MOST_LOOKS; looks /= 2) {
         k->suits = try_join, k->looks_left = looks;
         qw_join_charts(k);
         k->suits = NULL, k->looks_left = looks;
         take_charts_again(k);
         share_out_small(k, s);
-        k->looks_left = looks, looks /= 2;
-    } while (give_all(k, s, patches));
-}
-
-/* The same, and once more with patches given first: where seams cost less then, that is kept. from: as charts lie. */
-static void rearrange_twice(maker *k, sharer *s, uint32_t patches, const state *from)
-{
-    state once;
-    add_state(k, &once);
-    rearrange(k, s, patches);
-    keep_state(k, &once);
-    double cost = cost_of_seams(k);
-    go_back_turned(k, from);
-    k->looks_left = MOST_LOOKS;
-    if (give_all(k, s, patches)) rearrange(k, s, patches);
-    if (cost_of_seams(k) >= cost) go_back(k, &once);
+        k->looks_left = looks;
+    }
 }
 
 /* Joins at every level, goes back to the last whose charts pack well, else the first, and joins on as long as they do;
@@ -437,7 +424,7 @@ static void join_at_levels(maker *k, qw_chart_judge *judge, void *user)
     if (judge) {
         sharer s = {.patches = &all[0], .patch = patch, .mark = QW_NEW(k->env, uint8_t, k->m->face_count)};
         add_state(k, &s.kept), add_state(k, &s.first);
-        rearrange_twice(k, &s, patches, &all[low]);
+        rearrange(k, &s, patches);
         k->bounds.only_crumbs = true, k->bounds.most_of_one = MOST_OF_CRUMBS;
         qw_join_charts(k);
     }
