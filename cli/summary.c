@@ -58,7 +58,8 @@ void qw_print_summary(FILE *file, const qw_report *report, const qw_notes *notes
             "      angles off by %.1f degrees, areas by %.0f %%, mean edge %.4g, %.0f %% in rows that never cross "
             "themselves\n",
             report->angle_rms, 100 * report->area_cv, report->mean_edge, 100 * report->simple);
-    if (report->symmetric)
+    if (report->symmetric == 2) fprintf(file, "      components are symmetric about planes of their own\n");
+    if (report->symmetric == 1)
         fprintf(file, "      symmetric about the plane %.4g x + %.4g y + %.4g z = %.4g\n", report->plane_x,
                 report->plane_y, report->plane_z, report->plane_offset);
     fprintf(file, "took: %.2f s, %.0f MB\n", report->seconds, (double)report->peak_bytes / 1048576.0);

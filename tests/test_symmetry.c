@@ -535,6 +535,67 @@ static void an_eighth_is_remeshed(void **state)
     shape_free(&s);
 }
 
+/* The point, turned about the axis through the origin along (1, 2, 3) by `turn` and moved. */
+static void turn_and_move(double turn, const double by[3], double p[3])
+{
+    const double n[3] = {1 / sqrt(14), 2 / sqrt(14), 3 / sqrt(14)};
+    double along = p[0] * n[0] + p[1] * n[1] + p[2] * n[2], c = cos(turn), s = sin(turn), q[3];
+    for (int k = 0; k < 3; k++) {
+        int i = (k + 1) % 3, j = (k + 2) % 3;
+        q[k] = c * p[k] + s * (n[i] * p[j] - n[j] * p[i]) + (1 - c) * along * n[k] + by[k];
+    }
+    memcpy(p, q, sizeof q);
+}
+
+/* Two bodies that are turned to each other, and between them a ball with a bump that has no plane: each of the bodies
+   is its own reflection, to a millionth, and all have their quads once. */
+static void components_have_planes_of_their_own(void **state)
+{
+    (void)state;
+    const double turn[3] = {0.4, 0, 1.3}, by[3][3] = {{0, 0, 0}, {4, 1, 0}, {8, 0, 1}};
+    shape all = {0};
+    for (int i = 0; i < 3; i++) {
+        shape part = body(0);
+        for (uint32_t v = 0; v < part.vertex_count; v++) {
+            double *p = part.position + 3 * (size_t)v, x = p[0], twist = i == 1 ? 0.8 * p[2] : 0;
+            p[0] = cos(twist) * x - sin(twist) * p[1], p[1] = sin(twist) * x + cos(twist) * p[1];
+            turn_and_move(turn[i], by[i], p);
+        }
+        all = join(all, &part);
+        shape_free(&part);
+    }
+    qw_options o = asking(2400, QW_SYMMETRY_AUTO);
+    qw_result *result = run_of(&all, &o);
+    qw_mesh_view quads = qw_result_mesh(result);
+    expect_promise(result, 2400);
+    assert_int_equal(qw_result_report(result)->symmetric, 2);
+    double worst = 0;
+    uint32_t of_bodies = 0;
+    for (uint32_t v = 0; v < quads.vertex_count; v++) {
+        const double *p = quads.positions + 3 * (size_t)v, back[3] = {0, 0, 0};
+        int i = p[0] < 2 ? 0 : p[0] > 6 ? 2 : 1;
+        double q[3] = {p[0] - by[i][0], p[1] - by[i][1], p[2] - by[i][2]}, nearest = HUGE_VAL;
+        if (i == 1) continue;
+        of_bodies++;
+        turn_and_move(-turn[i], back, q);
+        q[0] = -q[0];
+        turn_and_move(turn[i], by[i], q);
+        for (uint32_t u = 0; u < quads.vertex_count; u++) {
+            const double *r = quads.positions + 3 * (size_t)u;
+            nearest = fmin(nearest, (r[0] - q[0]) * (r[0] - q[0]) + (r[1] - q[1]) * (r[1] - q[1]) +
+                                        (r[2] - q[2]) * (r[2] - q[2]));
+        }
+        worst = fmax(worst, sqrt(nearest));
+    }
+    assert_true(of_bodies > 1000 && of_bodies < quads.vertex_count);
+    print_message("farthest from a reflection: %g\n", worst);
+    assert_true(worst < 1e-5);
+    double ratio = distance_of(result, &all) / distance_without(&all, 2400);
+    print_message("distance over that without a plane: %g\n", ratio);
+    assert_true(ratio < 1.1);
+    qw_result_destroy(result), shape_free(&all);
+}
+
 /* Two balls of which one is inside out, which is to stay so, are no mirror images. */
 static void orientation_counts(void **state)
 {
@@ -1132,6 +1193,7 @@ QW_TEST_SUITE(symmetry)
         cmocka_unit_test(what_steers_one_side_is_not_mirrored),
         cmocka_unit_test(thin_ribs_are_not_cut_along),
         cmocka_unit_test(an_eighth_is_remeshed),
+        cmocka_unit_test(components_have_planes_of_their_own),
         cmocka_unit_test(orientation_counts),
         cmocka_unit_test(fields_hold_on_both_sides),
         cmocka_unit_test(boundaries_that_stay),

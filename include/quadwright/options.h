@@ -115,9 +115,9 @@ typedef struct qw_options {
     /* the edges that the input marks are sharp too, beside those found by their angle; 0 by default */
     int32_t keep_marks;
     /* both sides of a plane alike: auto finds the plane where that costs nothing, of a nearly symmetric surface
-       that has nothing narrow or pointed on the plane and is steered on both sides alike; any takes one of
-       other surfaces too; x, y and z are across an axis, where the surface is most nearly symmetric;
-       QW_SYMMETRY_AUTO by default */
+       that has nothing narrow or pointed on the plane and is steered on both sides alike, or where there is
+       none, the planes of single components; any takes one of other surfaces too; x, y and z are across an
+       axis, where the surface is most nearly symmetric; QW_SYMMETRY_AUTO by default */
     int32_t symmetry;
     /* each side follows its own surface: only the connectivity is symmetric; auto and any do so by themselves
        where the sides differ; 0 by default */

@@ -94,7 +94,7 @@ static void unwrap(void *user)
                                          .scale = ldexp(o->texel_density / (double)o->texture, -exponent)}};
     if (o->unwrap_grid == 0) options.weight = qw_seam_weights(c->env, &mesh);
     const qw_mirror_plane *plane = &c->run.mirror.plane;
-    if (c->run.mirror.is_used && o->unwrap_grid == 0)
+    if (c->run.mirror.is_used && !c->run.mirror.own && o->unwrap_grid == 0)
         options.mirror = qw_mirrored_corners(c->env, &mesh, plane->normal, ldexp(plane->offset, exponent));
     const qw_block_options blocks = {
         .texels = options.pack.texels, .tiles = options.pack.tiles, .per_quad = (uint32_t)o->unwrap_grid};

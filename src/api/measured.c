@@ -87,7 +87,7 @@ static bool find_origin(qw_env *env, const qw_run_state *run, qw_mesh_view *orig
 {
     const qw_trimesh *m = &run->whole.clean.mesh;
     const qw_report *r = run->report;
-    bool is_mirrored = run->mirror.is_used && !qw_sides_differ(run);
+    bool is_mirrored = run->mirror.is_used && !run->mirror.own && !qw_sides_differ(run);
     bool differs = is_mirrored || r->turned_components > 0 || r->flipped_triangles > 0;
     if (!differs || run->whole.left_out || run->whole.clean.wrapped > 0 || m->face_count == 0) return false;
     size_t times = is_mirrored ? 2 : 1;

@@ -160,11 +160,13 @@ static bool needs_other_surface(const qw_context_state *c, const qw_options *opt
            qw_surface_faces(&c->run, options) != c->run.surface_faces;
 }
 
-/* What is narrow at a plane that was found, and whether others across it are used, depends on the count. */
+/* What is narrow at a plane that was found, whether others across it are used, and how nearly a component must be its
+   own reflection, depends on the count. */
 static bool needs_other_core(const qw_context_state *c, const qw_options *options)
 {
-    bool is_sharp = c->done <= QW_STAGE_SURFACE || c->report.feature_edges > 0, has_handles = c->report.euler < 0;
-    return c->done > QW_STAGE_CORE && c->report.symmetry_far > 0 && (is_sharp || has_handles) &&
+    bool is_sharp = c->done <= QW_STAGE_SURFACE || c->report.feature_edges > 0,
+         has_handles = c->report.euler<0, has_others = c->report.components> 1;
+    return c->done > QW_STAGE_CORE && c->report.symmetry_far > 0 && (is_sharp || has_handles || has_others) &&
            qw_finds_plane(options->symmetry) && qw_faces_wanted(&c->run, options) != qw_faces_wanted(&c->run, &c->used);
 }
 

@@ -18,6 +18,19 @@ uint8_t qw_cuts_at(const qw_run_state *run, qw_vec3 p)
     return (uint8_t)planes;
 }
 
+double *qw_cuts_in_frame(const qw_run_state *run)
+{
+    const qw_frame *frame = &run->clean.frame;
+    double *cut = QW_NEW(run->env, double, 4 * (size_t)run->input.cuts);
+    for (uint32_t i = 0; i < run->input.cuts; i++) {
+        const double *from = run->input.cut + 4 * (size_t)i;
+        double *to = cut + 4 * (size_t)i, offset = from[3];
+        for (int k = 0; k < 3; k++) to[k] = from[k], offset -= from[k] * frame->center[k];
+        to[3] = offset * frame->scale;
+    }
+    return cut;
+}
+
 double qw_whole_scale(const qw_run_state *run) { return run->whole.clean.frame.scale / run->clean.frame.scale; }
 
 qw_vec3 qw_in_whole(const qw_run_state *run, qw_vec3 point)

@@ -19,6 +19,7 @@ typedef struct cut {
     /* uint32_t[3 mesh->face_count]: number of the cut's vertex on an edge, at one of its half-edges */
     uint32_t *on_edge;
     const double *position;
+    const qw_mirror_planes *planes;
     const uint8_t *kind; /* uint8_t[mesh->vertex_count], or NULL */
 } cut;
 
@@ -41,7 +42,7 @@ static void find_heights(cut *c)
         shortest[a] = fmin(shortest[a], length), shortest[b] = fmin(shortest[b], length);
     }
     for (uint32_t v = 0; v < m->vertex_count; v++) {
-        c->height[v] = qw_plane_height(&c->half.plane, c->position + 3 * (size_t)v);
+        c->height[v] = qw_plane_height(qw_plane_of(c->planes, v), c->position + 3 * (size_t)v);
         if (fabs(c->height[v]) <= SNAPPED * shortest[v]) c->height[v] = 0;
     }
     qw_free(c->env, shortest);
@@ -129,12 +130,16 @@ static double area_of(const cut *c, uint32_t f, double *above)
    Single components and those kept whole stay, on whichever side they are; on the other side only those left out do. */
 static void choose_side(cut *c, bool other)
 {
-    double all = 0, above = 0, part;
-    for (uint32_t f = 0; f < c->mesh->face_count; f++)
-        if (!is_single(c, c->mesh->corner[3 * f])) all += area_of(c, f, &part), above += part;
-    bool reverses = (above < all * (0.5 - EQUAL_AREAS / 2)) != other;
+    const uint8_t *of = c->planes->of;
+    double all[QW_MOST_CUTS] = {0}, above[QW_MOST_CUTS] = {0}, part;
+    bool reverses[QW_MOST_CUTS];
+    for (uint32_t f = 0; f < c->mesh->face_count; f++) {
+        uint32_t v = c->mesh->corner[3 * f], p = of ? of[v] : 0;
+        if (!is_single(c, v)) all[p] += area_of(c, f, &part), above[p] += part;
+    }
+    for (int p = 0; p < QW_MOST_CUTS; p++) reverses[p] = (above[p] < all[p] * (0.5 - EQUAL_AREAS / 2)) != other;
     for (uint32_t v = 0; v < c->mesh->vertex_count; v++) {
-        if (reverses) c->height[v] = -c->height[v];
+        if (reverses[of ? of[v] : 0]) c->height[v] = -c->height[v];
         if (!c->kind || c->kind[v] == QW_IS_CUT) continue;
         double up = is_single(c, v) ? fabs(c->height[v]) : 1; /* what is not cut may lie on the plane */
         c->height[v] = (c->kind[v] == QW_LEFT_OUT) == other ? up : -up;
@@ -145,7 +150,7 @@ static uint32_t add_vertex(cut *c, const double p[3], bool on_plane, qw_half_ver
 {
     double *to = c->half.position + 3 * (size_t)c->half.vertex_count;
     memcpy(to, p, 3 * sizeof *to);
-    if (on_plane) qw_put_on_plane(&c->half.plane, to);
+    if (on_plane) qw_put_on_plane(qw_plane_of(c->planes, origin.from), to);
     c->half.on_plane[c->half.vertex_count] = on_plane;
     c->half.origin[c->half.vertex_count] = origin;
     return c->half.vertex_count++;
@@ -245,12 +250,12 @@ static void count_whole(cut *c)
     half->topology = qw_list_topologies(c->env, &all, &half->whole);
 }
 
-qw_half qw_cut_half(qw_env *env, const qw_trimesh *mesh, const double *position, const qw_mirror_plane *plane,
+qw_half qw_cut_half(qw_env *env, const qw_trimesh *mesh, const double *position, const qw_mirror_planes *planes,
                     const uint8_t *kind, bool other)
 {
-    assert(mesh->face_count > 0 && mesh->twin);
+    assert(mesh->face_count > 0 && mesh->twin && planes->count <= QW_MOST_CUTS);
     size_t sides = 3 * (size_t)mesh->face_count;
-    cut c = {.env = env, .mesh = mesh, .position = position, .kind = kind, .half.plane = *plane};
+    cut c = {.env = env, .mesh = mesh, .position = position, .planes = planes, .kind = kind};
     c.half.position = QW_NEW(env, double,
                              3 * (mesh->vertex_count + sides)); /* at most one vertex is added for each edge */
     c.half.origin = QW_NEW(env, qw_half_vertex, mesh->vertex_count + sides);
@@ -273,6 +278,15 @@ qw_half qw_cut_half(qw_env *env, const qw_trimesh *mesh, const double *position,
     return c.half;
 }
 
+bool qw_is_like_half(qw_env *env, const qw_half *half, const qw_trimesh *surface, const qw_census *was)
+{
+    if (half->whole.components != was->components) return false;
+    uint64_t *topology = qw_list_topologies(env, surface, was);
+    bool same = memcmp(topology, half->topology, (size_t)was->components * sizeof *topology) == 0;
+    qw_free(env, topology);
+    return same;
+}
+
 /* ---- the whole */
 
 typedef struct seam {
@@ -292,9 +306,11 @@ static void put_seam(seam *s, const qw_mirror_plane *plane)
         if (s->on[v]) qw_put_on_plane(plane, s->position + 3 * (size_t)v);
 }
 
-/* Rounds the plane's offset and the vertices' heights to multiples of one power of two which doubles of their size
-   can represent, so that reflections are exact. Vertices move by less than a rounding error of the output. */
-static void make_exact(double *position, const uint8_t *on, uint32_t vertex_count, qw_mirror_plane *plane)
+/* Rounds the plane's offset and the heights of the vertices that are reflected to multiples of one power of two which
+   doubles of their size can represent, so that reflections are exact. Vertices move by less than a rounding error of
+   the output. */
+static void make_exact(double *position, const uint8_t *on, const uint8_t *single, uint32_t vertex_count,
+                       qw_mirror_plane *plane)
 {
     double largest = fabs(plane->offset);
     if (plane->axis == QW_NO_AXIS || plane->offset == 0) return;
@@ -307,6 +323,7 @@ static void make_exact(double *position, const uint8_t *on, uint32_t vertex_coun
     plane->offset = floor(plane->offset / unit + 0.5) * unit;
     for (uint32_t v = 0; v < vertex_count; v++) {
         double *x = position + 3 * (size_t)v + plane->axis;
+        if (single && single[v]) continue;
         *x = on[v] ? plane->offset : floor(*x / unit + 0.5) * unit;
     }
 }
@@ -366,7 +383,7 @@ qw_mirrored qw_mirror_quads(qw_env *env, const qw_quadmesh *half, const double *
     qw_mirror_plane exact = *plane;
     memcpy(m.position, position, 3 * (size_t)count * sizeof *m.position);
     put_seam(&s, plane);
-    make_exact(m.position, s.on, count, &exact);
+    make_exact(m.position, s.on, single, count, &exact);
     uint32_t *twin = reflect_vertices(env, &s, &exact, single, own, &m.quads.vertex_count);
     reflections r = {half, QW_NEW(env, uint32_t, faces)};
     memcpy(m.quads.corner, half->corner, 4 * (size_t)faces * sizeof *m.quads.corner);
@@ -392,7 +409,7 @@ void qw_reflect_again(qw_env *env, const qw_mirrored *m, uint32_t reflected, con
         uint32_t from = 4 * m->source[h / 4] + ((4 - (h & 3u)) & 3u), v = q->corner[h];
         if (v == q->corner[from] && !on[v]) qw_put_on_plane(plane, m->position + 3 * (size_t)v), on[v] = 1;
     }
-    make_exact(m->position, on, q->vertex_count, &exact);
+    make_exact(m->position, on, NULL, q->vertex_count, &exact);
     for (uint32_t h = 4 * reflected; h < 4 * q->face_count && !follows; h++) {
         uint32_t from = 4 * m->source[h / 4] + ((4 - (h & 3u)) & 3u), v = q->corner[h], u = q->corner[from];
         if (v != u) qw_reflect(&exact, m->position + 3 * (size_t)u, m->position + 3 * (size_t)v);

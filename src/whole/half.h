@@ -11,7 +11,6 @@ typedef struct qw_half_vertex {
 } qw_half_vertex;
 
 typedef struct qw_half {
-    qw_mirror_plane plane; /* the part lies where the height above it is positive */
     uint32_t vertex_count, face_count, mark_count;
     double *position;       /* double[vertex_count][3], in the coordinates of the input */
     uint8_t *on_plane;      /* uint8_t[vertex_count] */
@@ -31,10 +30,15 @@ enum { QW_IS_CUT, QW_SINGLE, QW_KEPT_WHOLE, QW_LEFT_OUT };
 
 /* The side of the larger area; between equal ones that which the normal points to; `other`: the other of the two,
    without the components that are not reflected and with those left out for those kept. mesh: linked, oriented;
-   position: double[vertex_count][3] of its vertices, in the plane's coordinates. kind: uint8_t[vertex_count], of each
-   vertex' component; NULL: all are cut. A half without faces where all lie in the plane. In the current scope. */
-qw_half qw_cut_half(qw_env *env, const qw_trimesh *mesh, const double *position, const qw_mirror_plane *plane,
+   position: double[vertex_count][3] of its vertices, in the planes' coordinates. planes: where there are several, the
+   vertices of a component belong to one. kind: uint8_t[vertex_count], of each vertex' component; NULL: all are cut. A
+   half without faces where all lie in the plane. In the current scope. */
+qw_half qw_cut_half(qw_env *env, const qw_trimesh *mesh, const double *position, const qw_mirror_planes *planes,
                     const uint8_t *kind, bool other);
+
+/* Whether the half sewn to its reflection has components of the same topologies as the surface that was cut: holes that
+   one side has may be on another component of the other side, so that sums alone do not tell. */
+bool qw_is_like_half(qw_env *env, const qw_half *half, const qw_trimesh *surface, const qw_census *was);
 
 /* Quads of a half together with their reflection. */
 typedef struct qw_mirrored {

@@ -1,6 +1,7 @@
 #include "whole/mirror.h"
 
 #include "base/constants.h"
+#include "base/mechanisms.h"
 #include "remesh/sizes/needs.h"
 #include "remesh/sizes/painted.h"
 #include "whole/sizes.h"
@@ -14,6 +15,7 @@
 #include "whole/asked.h"
 #include "whole/half.h"
 #include "whole/one_sided.h"
+#include "whole/own_planes.h"
 #include "whole/suits_cut.h"
 
 #include <assert.h>
@@ -21,9 +23,12 @@
 #include <stdio.h>
 #include <string.h>
 
-/* A surface is nearly symmetric if 95 % of it, reflected, lie within this share of its diagonal; so is a component
-   whose twin is looked for, within this share of the surface's diagonal and TWIN of its own. */
-static const double NEARLY = 0.01, TWIN = 0.1, MOST_OF_IT = 0.95;
+/* A component is another's twin if MOST_OF_IT, reflected, lies within QW_NEARLY_ALIKE of the surface's diagonal and
+   TWIN of its own. */
+static const double TWIN = 0.1, MOST_OF_IT = 0.95;
+
+/* In the report: components are, each about a plane of its own. */
+enum { SYMMETRIC_PARTS = 2 };
 
 static const char ONE_SIDED[] =
     "a one-sided surface, such as a Moebius strip, cannot be made symmetric: its two sides cannot be told apart";
@@ -54,7 +59,7 @@ static uint32_t find_planes(const qw_run_state *run, qw_mirror_search found[QW_M
         return 1;
     }
     int axis = is_found(run) ? QW_NO_AXIS : (int)o->symmetry - QW_SYMMETRY_X;
-    double near = is_found(run) ? NEARLY : 1; /* across an axis the best plane is wanted, however far it is */
+    double near = is_found(run) ? QW_NEARLY_ALIKE : 1; /* across an axis the best plane is wanted, however far it is */
     return qw_find_mirror_planes(run->env, &run->whole.clean.mesh, &run->whole.clean.frame, axis, near, found);
 }
 
@@ -145,7 +150,7 @@ static void count_found(twins *t, bool off_plane)
         double p[3];
         qw_heartbeat(t->run->env);
         qw_reflect(t->plane, t->position + 3 * (size_t)some.corner[h], p);
-        float reach = (float)fmin(NEARLY, TWIN * t->extent[c]);
+        float reach = (float)fmin(QW_NEARLY_ALIKE, TWIN * t->extent[c]);
         qw_hit hit = qw_bvh_nearest(tree, qw_in_frame(&t->run->whole.clean.frame, p), qw_v3(0, 0, 0), -1, reach,
                                     QW_NONE);
         t->samples[c]++;
@@ -208,9 +213,21 @@ typedef struct side {
     uint8_t *vertex_kind;
 } side;
 
+/* uint8_t[vertices]: the value of each vertex' component; NULL where there are none. */
+static uint8_t *by_vertex(const qw_run_state *run, const uint8_t *of_component)
+{
+    const qw_trimesh *m = &run->whole.clean.mesh;
+    if (!of_component) return NULL;
+    uint8_t *of = QW_NEW_ZERO(run->env, uint8_t, m->vertex_count);
+    for (uint32_t h = 0; h < 3 * m->face_count; h++)
+        of[m->corner[h]] = of_component[run->whole.census.component[h / 3]];
+    return of;
+}
+
 /* Cuts the clean surface at the plane, with marks; components without a twin on the other side stay whole, and so
-   does one of two that cross one another there. other: as of qw_cut_half. */
-static side cut_surface(const qw_run_state *run, const qw_mirror_plane *plane, bool other)
+   does one of two that cross one another there. Where planes are of single components these are cut, each at its own.
+   m: the planes; other: as of qw_cut_half. */
+static side cut_surface(const qw_run_state *run, const qw_mirror *m, bool other)
 {
     qw_env *env = run->env;
     qw_trimesh surface = run->whole.clean.mesh;
@@ -219,11 +236,16 @@ static side cut_surface(const qw_run_state *run, const qw_mirror_plane *plane, b
     double *position = QW_NEW(env, double, 3 * (size_t)surface.vertex_count);
     for (uint32_t v = 0; v < surface.vertex_count; v++)
         qw_place_in_input(&run->whole.clean, surface.position[v], position + 3 * (size_t)v);
-    s.kind = find_kinds(run, plane, position);
-    if (s.kind) s.vertex_kind = QW_NEW_ZERO(env, uint8_t, surface.vertex_count);
-    for (uint32_t h = 0; s.kind && h < 3 * surface.face_count; h++)
-        s.vertex_kind[surface.corner[h]] = s.kind[run->whole.census.component[h / 3]];
-    s.half = qw_cut_half(env, &surface, position, plane, s.vertex_kind, other);
+    qw_mirror_plane plane[QW_MOST_CUTS] = {m->plane};
+    qw_mirror_planes planes = {1 + m->across_count, plane, NULL};
+    memcpy(plane + 1, m->across, m->across_count * sizeof *plane);
+    s.kind = m->own ? QW_NEW(env, uint8_t, (size_t)run->whole.census.components) : find_kinds(run, plane, position);
+    for (int64_t c = 0; m->own && c < run->whole.census.components; c++) s.kind[c] = m->own[c] ? QW_IS_CUT : QW_SINGLE;
+    s.vertex_kind = by_vertex(run, s.kind);
+    uint8_t *own = by_vertex(run, m->own);
+    for (uint32_t v = 0; own && v < surface.vertex_count; v++) own[v] -= own[v] > 0;
+    planes.of = own;
+    s.half = qw_cut_half(env, &surface, position, &planes, s.vertex_kind, other);
     qw_free(env, position);
     if (surface.mark != run->whole.clean.mesh.mark) qw_free(env, surface.mark);
     return s;
@@ -244,14 +266,18 @@ static qw_density *density_of(const qw_run_state *run, const qw_half *half)
 }
 
 /* One side of the plane as an input of its own, with the cuts of what it was cut from. */
-static qw_clean_input input_of(const qw_run_state *run, const qw_half *half)
+static qw_clean_input input_of(const qw_run_state *run, const qw_half *half, const qw_mirror_plane *first,
+                               const qw_mirror_plane *others, uint32_t other_count)
 {
     uint32_t *begin = QW_NEW(run->env, uint32_t, (size_t)half->face_count + 1), cuts = run->input.cuts;
-    double *cut = QW_NEW(run->env, double, 4 * ((size_t)cuts + 1));
+    double *cut = QW_NEW(run->env, double, 4 * ((size_t)cuts + 1 + other_count));
     for (uint32_t f = 0; f <= half->face_count; f++) begin[f] = 3 * f;
     if (cuts > 0) memcpy(cut, run->input.cut, 4 * (size_t)cuts * sizeof *cut);
-    memcpy(cut + 4 * (size_t)cuts, half->plane.normal, 3 * sizeof *cut);
-    cut[4 * (size_t)cuts + 3] = half->plane.offset;
+    for (uint32_t p = 0; p <= other_count; p++) {
+        const qw_mirror_plane *plane = p == 0 ? first : &others[p - 1];
+        memcpy(cut + 4 * ((size_t)cuts + p), plane->normal, 3 * sizeof *cut);
+        cut[4 * ((size_t)cuts + p) + 3] = plane->offset;
+    }
     return (qw_clean_input){.vertex_count = half->vertex_count,
                             .face_count = half->face_count,
                             .position = half->position,
@@ -261,7 +287,7 @@ static qw_clean_input input_of(const qw_run_state *run, const qw_half *half)
                             .mark = half->mark,
                             .density = density_of(run, half),
                             .cut = cut,
-                            .cuts = cuts + 1};
+                            .cuts = cuts + 1 + other_count};
 }
 
 /* ---- guides */
@@ -397,27 +423,31 @@ static double area_of_single(const qw_run_state *run)
 {
     const qw_trimesh *m = &run->clean.mesh;
     double area = 0;
-    for (uint32_t f = 0; run->mirror.single && f < m->face_count; f++)
-        if (run->mirror.single[run->clean_census.component[f]]) area += 0.5 * (double)qw_length(qw_face_cross(m, f));
+    for (uint32_t f = 0; run->mirror.planes && f < m->face_count; f++)
+        if (run->mirror.planes[run->clean_census.component[f]] == 0)
+            area += 0.5 * (double)qw_length(qw_face_cross(m, f));
     return area;
 }
 
-/* Of the core's components those that are not reflected. */
-static uint8_t *single_of_core(const qw_run_state *run, const side *s)
+/* The planes about which each of the core's components is reflected: as of qw_mirror. */
+static uint8_t *planes_of_core(const qw_run_state *run, const side *s)
 {
     if (!s->kind) return NULL;
-    uint8_t *single = QW_NEW_ZERO(run->env, uint8_t, (size_t)run->clean_census.components);
-    for (uint32_t f = 0; f < run->clean.mesh.face_count; f++)
-        single[run->clean_census.component[f]] =
-            s->kind[run->whole.census.component[s->half.source[run->clean.source_face[f]]]] == QW_SINGLE;
-    return single;
+    uint8_t *planes = QW_NEW_ZERO(run->env, uint8_t, (size_t)run->clean_census.components);
+    for (uint32_t f = 0; f < run->clean.mesh.face_count; f++) {
+        uint32_t c = run->whole.census.component[s->half.source[run->clean.source_face[f]]];
+        uint32_t plane = run->mirror.own && run->mirror.own[c] ? run->mirror.own[c] - 1u : 0;
+        planes[run->clean_census.component[f]] = s->kind[c] == QW_SINGLE ? 0 : (uint8_t)(1u << plane);
+    }
+    return planes;
 }
 
 /* The half becomes the core, which is cleaned like an input of its own. */
-static void take_half(qw_run_state *run, const qw_half *half)
+static void take_half(qw_run_state *run, const qw_half *half, const qw_mirror_plane *first,
+                      const qw_mirror_plane *others, uint32_t other_count)
 {
     qw_env *env = run->env;
-    run->input = input_of(run, half);
+    run->input = input_of(run, half, first, others, other_count);
     run->clean = qw_clean_surface(env, &run->input, 0, false);
     run->clean_census = qw_trimesh_census_of(env, &run->clean.mesh, run->clean.component, run->clean.components);
     run->area = qw_trimesh_area(&run->clean.mesh);
@@ -440,70 +470,73 @@ static double far_of_reflected(const qw_run_state *run, const qw_mirror_plane *p
     return far;
 }
 
-/* Makes one side of the plane the core: surface, counts, steering, and what both sides together are to be. */
-static void take_side(qw_run_state *run, const side *s, const qw_mirror_search *found, uint32_t number)
+/* Makes one side the core, and says what it is to be with its reflection. m: what is known of the planes. */
+static void take_core(qw_run_state *run, const side *s, const qw_mirror *m)
 {
     const qw_half *half = &s->half;
-    take_half(run, half);
-    run->mirror = (qw_mirror){.is_used = 1, .number = number, .plane = half->plane, .far = found->far};
-    if (s->kind) run->mirror.far = far_of_reflected(run, &half->plane, s->kind);
+    take_half(run, half, &m->plane, m->across, m->across_count);
+    run->mirror = *m;
     run->mirror.components = half->whole.components, run->mirror.boundary_loops = half->whole.boundary_loops;
     run->mirror.euler = half->whole.euler;
-    run->mirror.single = single_of_core(run, s);
+    run->mirror.planes = planes_of_core(run, s);
     run->mirror.times = 2 - area_of_single(run) / run->area;
+}
+
+/* Makes one side of the plane the core: surface, counts, steering, and what both sides together are to be. */
+static void take_side(qw_run_state *run, const side *s, const qw_mirror_search *found)
+{
+    const qw_half *half = &s->half;
+    const qw_mirror_plane *plane = &found->plane;
+    qw_mirror m = {.is_used = 1, .plane = *plane, .far = found->far};
+    if (s->kind) m.far = far_of_reflected(run, plane, s->kind);
+    take_core(run, s, &m);
     double sign = 1;
     for (uint32_t v = 0; v < half->vertex_count; v++)
         if (!half->on_plane[v] && !(s->vertex_kind && s->vertex_kind[half->origin[v].from]))
-            sign = qw_plane_height(&half->plane, half->position + 3 * (size_t)v) > 0 ? 1 : -1;
-    run->steering = steering_of(run, &half->plane, sign);
+            sign = qw_plane_height(plane, half->position + 3 * (size_t)v) > 0 ? 1 : -1;
+    run->steering = steering_of(run, plane, sign);
     report_plane(run->report, found, true);
     warn_of_single(run, s->kind);
 }
 
 bool qw_take_other_side(qw_run_state *run)
 {
-    const qw_mirror_plane *plane = &run->mirror.plane;
+    const qw_mirror *m = &run->mirror;
     qw_census was = run->clean_census;
     run->input = *run->whole.input, run->clean = run->whole.clean;
-    qw_half half = cut_surface(run, plane, true).half;
+    qw_half half = cut_surface(run, m, true).half;
     if (half.face_count == 0) return false;
+    uint8_t *own = by_vertex(run, m->own);
     for (uint32_t v = 0; v < half.vertex_count; v++) {
         double *p = half.position + 3 * (size_t)v, q[3];
-        qw_reflect(plane, p, q);
+        qw_reflect(qw_plane_number(run, own && own[half.origin[v].from] ? own[half.origin[v].from] - 1u : 0), p, q);
         if (!half.on_plane[v]) memcpy(p, q, sizeof q);
     }
     for (uint32_t f = 0; f < half.face_count; f++) {
         uint32_t *c = half.corner + 3 * (size_t)f, second = c[1];
         c[1] = c[2], c[2] = second;
     }
-    take_half(run, &half);
+    take_half(run, &half, &m->plane, m->across, m->across_count);
     const qw_census *is = &run->clean_census;
-    if (run->mirror.single) return true; /* the core has more components, of any topology */
+    if (run->mirror.planes) return true; /* the core has more components, of any topology */
     return is->components == was.components && is->boundary_loops == was.boundary_loops && is->euler == was.euler;
 }
 
-/* Whether the half sewn to its reflection has components of the same topologies as the surface that was cut: holes that
-   one side has may be on another component of the other side, so that sums alone do not tell. */
-static bool is_like(qw_env *env, const qw_half *half, const qw_trimesh *surface, const qw_census *was)
+/* Whether something but the surface itself says what its quads are to be like. */
+static bool is_steered(const qw_run_state *run)
 {
-    if (half->whole.components != was->components) return false;
-    uint64_t *topology = qw_list_topologies(env, surface, was);
-    bool same = memcmp(topology, half->topology, (size_t)was->components * sizeof *topology) == 0;
-    qw_free(env, topology);
-    return same;
+    const qw_steering *s = run->whole.steering;
+    const qw_options *o = &run->options;
+    return s->region || s->field || s->guide_count > 0 || s->joint_count > 0 || run->whole.motion ||
+           run->whole.input->density || o->symmetry_follow || o->sharp_marks || o->keep_marks || o->fix_boundary;
 }
 
-/* Whether nothing but the surface itself says what its quads are to be like, it is one component, and its topology
+/* Whether nothing steers its quads, it is one component, and its topology
    asks for many irregular vertices (more than a ball and a torus do). Without these its quads are regular as they are,
    and counts that a quarter of them may have lie farther apart. Sharp edges lose corners in so small a part. */
 static bool may_be_cut_again(const qw_run_state *run)
 {
-    const qw_steering *s = run->whole.steering;
-    const qw_options *o = &run->options;
-    bool is_steered = s->region || s->field || s->guide_count > 0 || s->joint_count > 0 || run->whole.motion ||
-                      run->whole.input->density || o->symmetry_follow || o->sharp_marks || o->keep_marks ||
-                      o->fix_boundary;
-    return !is_steered && run->whole.census.components == 1 && run->clean.own.count == 0 &&
+    return !is_steered(run) && run->whole.census.components == 1 && run->clean.own.count == 0 &&
            run->whole.census.euler < 0 && !qw_is_sharp(run);
 }
 
@@ -514,24 +547,24 @@ static void cut_again(qw_run_state *run, const qw_mirror_plane *plane)
     double *position = QW_NEW(run->env, double, 3 * (size_t)m->vertex_count);
     for (uint32_t v = 0; v < m->vertex_count; v++)
         qw_place_in_input(&run->clean, m->position[v], position + 3 * (size_t)v);
-    qw_half half = qw_cut_half(run->env, m, position, plane, NULL, false);
-    if (half.face_count == 0 || !is_like(run->env, &half, m, &run->clean_census)) return;
-    take_half(run, &half);
-    run->mirror.across[run->mirror.across_count++] = half.plane;
+    qw_half half = qw_cut_half(run->env, m, position, &(qw_mirror_planes){1, plane, NULL}, NULL, false);
+    if (half.face_count == 0 || !qw_is_like_half(run->env, &half, m, &run->clean_census)) return;
+    take_half(run, &half, plane, NULL, 0);
+    run->mirror.across[run->mirror.across_count++] = *plane;
     run->mirror.times *= 2;
 }
 
 /* Whether the plane was used. `auto` uses no plane whose sides have another topology. */
-static bool use_plane(qw_run_state *run, const qw_mirror_search *found, uint32_t number)
+static bool use_plane(qw_run_state *run, const qw_mirror_search *found)
 {
-    side s = cut_surface(run, &found->plane, false);
+    side s = cut_surface(run, &(qw_mirror){.plane = found->plane}, false);
     if (is_one_sided(run)) qw_fail(run->env, QW_UNSUPPORTED, -1, "%s", ONE_SIDED);
     if (s.half.face_count == 0 && is_found(run)) return false;
     if (s.half.face_count == 0) qw_fail(run->env, QW_OPTION, -1, "the whole surface lies in the plane of symmetry");
-    bool is_other = !is_like(run->env, &s.half, &run->whole.clean.mesh, &run->whole.census);
+    bool is_other = !qw_is_like_half(run->env, &s.half, &run->whole.clean.mesh, &run->whole.census);
     if (is_other && is_found(run)) return false;
     if (is_other) qw_warn(run, OTHER_TOPOLOGY);
-    take_side(run, &s, found, number);
+    take_side(run, &s, found);
     return true;
 }
 
@@ -568,30 +601,30 @@ static bool use_found(qw_run_state *run, const qw_mirror_search *found, uint32_t
     if (count + together > QW_MOST_PLANES) count--;
     for (uint32_t i = run->plan.plane; i < count + together; i++) {
         uint32_t plane = i > together ? i - together : 0;
-        if (found[plane].most > NEARLY) return false;
+        if (found[plane].most > QW_NEARLY_ALIKE) return false;
         if (is_auto && !is_steered_alike(run, &found[plane].plane)) return true;
-        if (!use_plane(run, &found[plane], plane)) continue;
+        if (!use_plane(run, &found[plane])) continue;
         for (uint32_t k = 0; k < crossing && i == 0 && may_be_cut_again(run); k++) cut_again(run, &across[k]);
         return true;
     }
     return false;
 }
 
-/* Whether the surface is turned about an axis: planes through it have another between them, at no angle that polygons
-   have. */
-static bool is_turned(const qw_run_state *run, const qw_mirror_search *found, uint32_t count)
+/* Where the surface has no plane of symmetry: cuts the components that have one of their own. Whether there were any.
+ */
+static bool use_own(qw_run_state *run, double edge)
 {
-    for (uint32_t j = 1; j < count; j++)
-        for (uint32_t i = 0; i < j && found[j].most <= NEARLY; i++) {
-            const qw_mirror_plane *a = &found[i].plane, *b = &found[j].plane;
-            double normal[3];
-            for (int k = 0; k < 3; k++) normal[k] = a->normal[k] + 2 * b->normal[k];
-            qw_mirror_plane between = qw_mirror_plane_of(normal, a->offset + 2 * b->offset);
-            if (qw_judge_mirror_plane(run->env, &run->whole.clean.mesh, &run->whole.clean.frame, &between).most <=
-                NEARLY)
-                return true;
-        }
-    return false;
+    if (run->plan.plane > 1 || wants_whole(run) || is_steered(run) || run->whole.clean.own.count > 0 ||
+        !qw_uses(run->env, QW_MECH_OWN_PLANES))
+        return false;
+    qw_mirror m = qw_find_own_planes(run, edge);
+    if (!m.is_used) return false;
+    side s = cut_surface(run, &m, false);
+    if (!qw_is_like_half(run->env, &s.half, &run->whole.clean.mesh, &run->whole.census)) return false;
+    take_core(run, &s, &m);
+    run->report->symmetric = SYMMETRIC_PARTS;
+    qw_did(run->env, QW_MECH_OWN_PLANES, 1 + m.across_count);
+    return true;
 }
 
 static void take_one_side_if_alike(qw_run_state *run)
@@ -602,14 +635,17 @@ static void take_one_side_if_alike(qw_run_state *run)
         return;
     }
     uint32_t count = find_planes(run, found);
+    double edge = sqrt(run->whole.area / qw_faces_wanted(run, &run->options));
     report_plane(run->report, &found[0], false);
-    if (found[0].most > NEARLY) {
-        log_not_used(run, "no plane of symmetry was found");
+    if (found[0].most > QW_NEARLY_ALIKE) {
+        if (!use_own(run, edge)) log_not_used(run, "no plane of symmetry was found");
         return;
     }
     bool is_auto = run->options.symmetry == QW_SYMMETRY_AUTO;
-    double edge = sqrt(run->whole.area / qw_faces_wanted(run, &run->options));
-    if (is_auto && (wants_whole(run) || !qw_suits_cut(run, &found[0].plane, is_turned(run, found, count)))) {
+    qw_cut_surface whole = qw_cut_whole(run);
+    if (is_auto && (wants_whole(run) ||
+                    !qw_suits_cut(run, &whole, &found[0].plane,
+                                  qw_is_turned(run->env, whole.mesh, &run->whole.clean.frame, found, count)))) {
         log_not_used(run, "tips, narrow parts, creases that were sampled, circles and boundaries that stay are better "
                           "off without the plane "
                           "of symmetry");
@@ -627,5 +663,5 @@ void qw_take_one_side(qw_run_state *run)
     }
     qw_mirror_search found[QW_MOST_PLANES];
     find_planes(run, found);
-    use_plane(run, &found[0], 0);
+    use_plane(run, &found[0]);
 }

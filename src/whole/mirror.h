@@ -32,6 +32,13 @@ qw_quadmesh qw_split_at_cut(const qw_run_state *run, const qw_quadmesh *quads, c
    ORIENTATION leaves. In the current scope. */
 qw_vertex_crosses qw_crosses_of_whole(const qw_run_state *run);
 
+/* Plane p of the cut: the first, or one of the others. */
+const qw_mirror_plane *qw_plane_number(const qw_run_state *run, uint32_t p);
+
+/* uint8_t[quads->vertex_count]: as of qw_mirror.planes, of each vertex' component; NULL: all are reflected. quads: of
+   the core. */
+uint8_t *qw_planes_of_quads(const qw_run_state *run, const qw_quadmesh *quads);
+
 /* How many images of the core the whole is made of: 1 without symmetry. */
 uint32_t qw_image_count(const qw_run_state *run);
 

@@ -4,6 +4,8 @@
  */
 #include "whole/plane.h"
 
+#include "base/constants.h"
+
 #include "base/axes.h"
 #include "geometry/bvh.h"
 #include "geometry/polygons.h"
@@ -488,4 +490,18 @@ uint32_t qw_find_mirror_planes(qw_env *env, const qw_trimesh *mesh, const qw_fra
     }
     qw_scope_end(env);
     return count;
+}
+
+bool qw_is_turned(qw_env *env, const qw_trimesh *mesh, const qw_frame *frame, const qw_mirror_search *found,
+                  uint32_t count)
+{
+    for (uint32_t j = 1; j < count; j++)
+        for (uint32_t i = 0; i < j && found[j].most <= QW_NEARLY_ALIKE; i++) {
+            const qw_mirror_plane *a = &found[i].plane, *b = &found[j].plane;
+            double normal[3];
+            for (int k = 0; k < 3; k++) normal[k] = a->normal[k] + 2 * b->normal[k];
+            qw_mirror_plane between = qw_mirror_plane_of(normal, a->offset + 2 * b->offset);
+            if (qw_judge_mirror_plane(env, mesh, frame, &between).most <= QW_NEARLY_ALIKE) return true;
+        }
+    return false;
 }

@@ -27,6 +27,18 @@ void qw_put_on_plane(const qw_mirror_plane *plane, double p[3]);
 /* The reflection of p. About a plane with an axis its other coordinates are those of p. */
 void qw_reflect(const qw_mirror_plane *plane, const double p[3], double q[3]);
 
+/* Several planes, of which each vertex of a mesh belongs to one. */
+typedef struct qw_mirror_planes {
+    uint32_t count;
+    const qw_mirror_plane *plane; /* qw_mirror_plane[count] */
+    const uint8_t *of;            /* uint8_t[vertices]; NULL: all belong to the first */
+} qw_mirror_planes;
+
+static inline const qw_mirror_plane *qw_plane_of(const qw_mirror_planes *planes, uint32_t vertex)
+{
+    return &planes->plane[planes->of ? planes->of[vertex] : 0];
+}
+
 /* A plane, and how nearly the surface is symmetric about it. */
 typedef struct qw_mirror_search {
     qw_mirror_plane plane;
@@ -35,7 +47,8 @@ typedef struct qw_mirror_search {
     double far;  /* and 99.9 % of it */
 } qw_mirror_search;
 
-enum { QW_MOST_PLANES = 3 };
+/* MOST_PLANES: that are found of one surface. MOST_CUTS: along which it is cut; one less than a byte has bits. */
+enum { QW_MOST_PLANES = 3, QW_MOST_CUTS = 7 };
 
 /* Sets found[0] to the plane about which the surface is most nearly symmetric: one along the given axis, or any
    (QW_NO_AXIS). Of several that are as good, those along an axis come first, then those that cut the surface along
@@ -49,3 +62,8 @@ uint32_t qw_find_mirror_planes(qw_env *env, const qw_trimesh *mesh, const qw_fra
 /* How nearly a surface is symmetric about a plane, in the coordinates of the input. */
 qw_mirror_search qw_judge_mirror_plane(qw_env *env, const qw_trimesh *mesh, const qw_frame *frame,
                                        const qw_mirror_plane *plane);
+
+/* Whether the surface is turned about an axis: planes through it have another between them, at no angle that polygons
+   have. found: of qw_find_mirror_planes. */
+bool qw_is_turned(qw_env *env, const qw_trimesh *mesh, const qw_frame *frame, const qw_mirror_search *found,
+                  uint32_t count);

@@ -92,10 +92,19 @@ static qw_vec3 reflect_direction(const qw_mirror_plane *plane, qw_vec3 d)
     return qw_madd(d, -2 * qw_dot(d, n), n);
 }
 
-uint32_t qw_image_count(const qw_run_state *run) { return run->mirror.is_used ? 2u << run->mirror.across_count : 1; }
+uint32_t qw_image_count(const qw_run_state *run)
+{
+    const qw_mirror *m = &run->mirror;
+    return !m->is_used ? 1 : m->own ? 2 + m->across_count : 2u << m->across_count;
+}
 
-/* The plane of bit k of the number of an image. */
-static const qw_mirror_plane *plane_of_bit(const qw_run_state *run, uint32_t k)
+/* The planes that image i is reflected about: bit k, plane k. */
+static uint32_t planes_of_image(const qw_run_state *run, uint32_t i)
+{
+    return run->mirror.own && i > 0 ? 1u << (i - 1) : i;
+}
+
+const qw_mirror_plane *qw_plane_number(const qw_run_state *run, uint32_t k)
 {
     return k == 0 ? &run->mirror.plane : &run->mirror.across[k - 1];
 }
@@ -103,14 +112,15 @@ static const qw_mirror_plane *plane_of_bit(const qw_run_state *run, uint32_t k)
 qw_vec3 qw_image_of(const qw_run_state *run, uint32_t i, qw_vec3 p)
 {
     const qw_frame *frame = &run->whole.clean.frame;
+    uint32_t planes = planes_of_image(run, i);
     p = qw_in_whole(run, p);
     double at[3] = {p.x, p.y, p.z}, in[3];
     if (i == 0) return p;
     for (int k = 0; k < 3; k++) at[k] = frame->center[k] + at[k] / frame->scale;
-    for (uint32_t k = 0; i >> k; k++) {
-        if (!(i >> k & 1)) continue;
+    for (uint32_t k = 0; planes >> k; k++) {
+        if (!(planes >> k & 1)) continue;
         memcpy(in, at, sizeof in);
-        qw_reflect(plane_of_bit(run, k), in, at);
+        qw_reflect(qw_plane_number(run, k), in, at);
     }
     for (int k = 0; k < 3; k++) at[k] = (at[k] - frame->center[k]) * frame->scale;
     return qw_v3_of_doubles(at);
@@ -118,18 +128,19 @@ qw_vec3 qw_image_of(const qw_run_state *run, uint32_t i, qw_vec3 p)
 
 static qw_vec3 turn_into_image(const qw_run_state *run, uint32_t i, qw_vec3 d)
 {
-    for (uint32_t k = 0; i >> k; k++)
-        if (i >> k & 1) d = reflect_direction(plane_of_bit(run, k), d);
+    for (uint32_t k = 0, planes = planes_of_image(run, i); planes >> k; k++)
+        if (planes >> k & 1) d = reflect_direction(qw_plane_number(run, k), d);
     return d;
 }
 
-/* Appends the triangles of image i, without those of single components but in the first. */
+/* Appends the triangles of image i, without those of components that it is none of. */
 static void add_image(const qw_run_state *run, uint32_t i, const uint32_t *component, qw_trimesh *whole)
 {
     const qw_trimesh *core = &run->working.mesh;
-    bool turns = (i ^ i >> 1 ^ i >> 2) & 1;
+    uint32_t planes = planes_of_image(run, i);
+    bool turns = run->mirror.own ? i > 0 : (i ^ i >> 1 ^ i >> 2) & 1;
     for (uint32_t f = 0; f < core->face_count; f++) {
-        if (i > 0 && component && run->mirror.single[component[f]]) continue;
+        if (component && planes & ~(uint32_t)run->mirror.planes[component[f]]) continue;
         uint32_t *to = whole->corner + 3 * (size_t)whole->face_count++;
         for (uint32_t k = 0; k < 3; k++) to[turns ? 2 - k : k] = i * core->vertex_count + core->corner[3 * f + k];
     }
@@ -146,7 +157,7 @@ qw_vertex_crosses qw_crosses_of_whole(const qw_run_state *run)
     whole->vertex_count = (uint32_t)(images * n);
     whole->position = QW_NEW(run->env, qw_vec3, images * n);
     whole->corner = QW_NEW(run->env, uint32_t, 3 * images * (size_t)core->face_count);
-    uint32_t *component = run->mirror.single ? qw_clean_components_of_working(run) : NULL;
+    uint32_t *component = run->mirror.planes ? qw_clean_components_of_working(run) : NULL;
     for (uint32_t i = 0; i < images; i++) {
         for (size_t v = 0; v < n; v++) {
             whole->position[i * n + v] = qw_image_of(run, i, core->position[v]);
@@ -161,24 +172,32 @@ qw_vertex_crosses qw_crosses_of_whole(const qw_run_state *run)
 
 /* ---- components that are not reflected */
 
-/* uint8_t[quads->vertex_count]; NULL: all are reflected. */
-static uint8_t *find_single(const qw_run_state *run, const qw_quadmesh *quads)
+uint8_t *qw_planes_of_quads(const qw_run_state *run, const qw_quadmesh *quads)
 {
-    if (!run->mirror.single) return NULL;
+    if (!run->mirror.planes) return NULL;
     uint32_t *component = qw_clean_components(run, quads);
-    uint8_t *single = QW_NEW(run->env, uint8_t, quads->vertex_count);
-    for (uint32_t v = 0; v < quads->vertex_count; v++) single[v] = run->mirror.single[component[v]];
+    uint8_t *planes = QW_NEW(run->env, uint8_t, quads->vertex_count);
+    for (uint32_t v = 0; v < quads->vertex_count; v++) planes[v] = run->mirror.planes[component[v]];
     qw_free(run->env, component);
+    return planes;
+}
+
+/* uint8_t[count], 1: not reflected about plane p; NULL: all are. */
+static uint8_t *single_at(qw_env *env, const uint8_t *planes, uint32_t count, uint32_t p)
+{
+    if (!planes) return NULL;
+    uint8_t *single = QW_NEW(env, uint8_t, count);
+    for (uint32_t v = 0; v < count; v++) single[v] = !(planes[v] >> p & 1);
     return single;
 }
 
 double qw_surplus_of_core(const qw_run_state *run, const qw_quadmesh *quads)
 {
     double all = quads->face_count, once = 0;
-    if (!run->mirror.single) return 0;
-    uint8_t *single = find_single(run, quads);
-    for (uint32_t f = 0; f < quads->face_count; f++) once += single[quads->corner[4 * (size_t)f]];
-    qw_free(run->env, single);
+    if (!run->mirror.planes) return 0;
+    uint8_t *planes = qw_planes_of_quads(run, quads);
+    for (uint32_t f = 0; f < quads->face_count; f++) once += planes[quads->corner[4 * (size_t)f]] == 0;
+    qw_free(run->env, planes);
     return (2 * all - once) / run->mirror.times - all;
 }
 
@@ -207,7 +226,7 @@ static void warn_of_one_sided_detail(qw_run_state *run)
 {
     double edge = run->rho * qw_whole_scale(run); /* in diagonals, as `far` is */
     char text[sizeof run->report->warnings[0]];
-    if (run->mirror.far <= edge || run->mirror.single || qw_sides_differ(run))
+    if (run->mirror.far <= edge || run->mirror.planes || qw_sides_differ(run))
         return; /* single components may be all that differs */
     snprintf(text, sizeof text,
              "the sides of the plane of symmetry differ by %.2g edges and more in places: what only one side has is "
@@ -265,17 +284,30 @@ static uint8_t *sewn_along(qw_env *env, const uint8_t *sewn, uint32_t faces, uin
     return edge;
 }
 
-/* The quads of the core, those of all of the first plane's side: sewn to their reflections about the planes across it.
- *sewn and *position become theirs. */
+/* What qw_mirrored has of the values of the half's vertices. */
+static uint8_t *carry_planes(qw_env *env, const qw_mirrored *m, const qw_quadmesh *half, const uint8_t *planes)
+{
+    if (!planes) return NULL;
+    uint8_t *all = QW_NEW_ZERO(env, uint8_t, m->quads.vertex_count);
+    for (uint32_t h = 0; h < 4 * m->quads.face_count; h++)
+        all[m->quads.corner[h]] = planes[half->corner[4 * (size_t)m->source[h / 4]]];
+    return all;
+}
+
+/* The quads of the core, those of all of the first plane's side: sewn to their reflections about the other planes.
+ *sewn, *planes (as of qw_planes_of_quads) and *position become theirs. */
 static qw_quadmesh unfold(const qw_run_state *run, const qw_quadmesh *core, const uint8_t **sewn,
-                          const double **position)
+                          const uint8_t **planes, const double **position, const double *own)
 {
     qw_env *env = run->env;
     qw_quadmesh side = *core;
     for (uint32_t p = run->mirror.across_count; p > 0; p--) {
         uint8_t *edge = sewn_along(env, *sewn, side.face_count, p);
-        qw_mirrored m = qw_mirror_quads(env, &side, *position, &run->mirror.across[p - 1], edge, NULL, NULL);
+        const uint8_t *single = single_at(env, *planes, side.vertex_count, p);
+        qw_mirrored m = qw_mirror_quads(env, &side, *position, &run->mirror.across[p - 1], edge, single,
+                                        run->mirror.own ? own : NULL);
         carry_marks(env, &m, &side);
+        *planes = carry_planes(env, &m, &side, *planes);
         uint8_t *next = QW_NEW(env, uint8_t, 4 * (size_t)m.quads.face_count);
         for (uint32_t h = 0; h < 4 * m.quads.face_count; h++) {
             uint32_t from = h / 4 < side.face_count ? h & 3u : 3 - (h & 3u);
@@ -291,8 +323,9 @@ void qw_reflect_core(qw_run_state *run, const qw_quadmesh *core, const uint8_t *
                      const double *own)
 {
     qw_env *env = run->env;
-    const uint8_t *single = find_single(run, core);
-    qw_quadmesh side = unfold(run, core, &sewn, &position), *quads = &side;
+    const uint8_t *planes = qw_planes_of_quads(run, core);
+    qw_quadmesh side = unfold(run, core, &sewn, &planes, &position, own), *quads = &side;
+    const uint8_t *single = single_at(env, planes, quads->vertex_count, 0);
     qw_mirrored m = qw_mirror_quads(env, quads, position, &run->mirror.plane,
                                     sewn_along(env, sewn, quads->face_count, 0), single, own);
     run->reflected = quads->face_count;

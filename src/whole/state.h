@@ -52,17 +52,20 @@ typedef struct qw_whole {
 
 /* How the core of a symmetric surface becomes the whole again: whole/mirror.h. */
 typedef struct qw_mirror {
-    uint32_t is_used;                           /* flag: the core is one side of the plane */
-    uint32_t number;                            /* of the plane among those that were found */
-    qw_mirror_plane plane;                      /* in the coordinates of the input */
-    qw_mirror_plane across[QW_MOST_PLANES - 1]; /* others, across it and one another, along which that side was cut
-                              again: whole/across.h */
+    uint32_t is_used;      /* flag: the core is one side of the plane */
+    qw_mirror_plane plane; /* in the coordinates of the input */
+    /* others, across it and one another, along which that side was cut again: whole/across.h; or of other components:
+       whole/own_planes.h */
+    qw_mirror_plane across[QW_MOST_CUTS - 1];
     uint32_t across_count;
+    uint8_t *own; /* uint8_t[whole.census.components]: p + 1: it has plane p for itself; 0: none; NULL: planes are the
+                     whole's */
     double far;   /* of qw_mirror_search */
     double times; /* how many quads of the result stand for one of the core, in the mean: 2 where all are
                      reflected, 4 or 8 with planes across, 1 without symmetry */
     int64_t components, boundary_loops, euler; /* of the core sewn to its reflection */
-    uint8_t *single; /* uint8_t[clean_census.components]: 1: has no twin and is not reflected; NULL: none */
+    uint8_t *planes; /* uint8_t[clean_census.components]: bit p: it is reflected about plane p, of which 0 is the first;
+                        0: it has no twin; NULL: all are reflected about all planes */
 } qw_mirror;
 
 typedef struct qw_run_state {

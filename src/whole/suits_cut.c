@@ -33,17 +33,18 @@ typedef struct corners {
     uint32_t all, on, components;
 } corners;
 
-static corners count_corners(const qw_run_state *run, const qw_trimesh *m, float edge, const qw_mirror_plane *plane)
+static corners count_corners(const qw_run_state *run, const qw_census *census, const qw_trimesh *m, float edge,
+                             const qw_mirror_plane *plane)
 {
     corners count = {0};
     float *span = QW_NEW(run->env, float, m->vertex_count);
-    uint8_t *kind, *has_any = QW_NEW_ZERO(run->env, uint8_t, (size_t)run->whole.census.components);
+    uint8_t *kind, *has_any = QW_NEW_ZERO(run->env, uint8_t, (size_t)census->components);
     qw_vec3 *direction;
     for (uint32_t v = 0; v < m->vertex_count; v++) span[v] = edge;
     qw_find_constraints(run->env, m, true, ACUTE, span, NULL, &kind, &direction);
     for (uint32_t h = 0; h < 3 * m->face_count; h++)
-        if (kind[m->corner[h]] == QW_VERTEX_CORNER) has_any[run->whole.census.component[h / 3]] = 1;
-    for (int64_t c = 0; c < run->whole.census.components; c++) count.components += has_any[c];
+        if (kind[m->corner[h]] == QW_VERTEX_CORNER) has_any[census->component[h / 3]] = 1;
+    for (int64_t c = 0; c < census->components; c++) count.components += has_any[c];
     for (uint32_t v = 0; v < m->vertex_count; v++) {
         double p[3];
         if (kind[v] != QW_VERTEX_CORNER) continue;
@@ -57,13 +58,12 @@ static corners count_corners(const qw_run_state *run, const qw_trimesh *m, float
 /* Whether the surface is a solid of few corners and without handles, but with a corner on each component, or turned:
    its rows run from corner to corner, or around and along, and close, and counts that half of its quads may have lie
    farther apart. */
-static bool is_plain(const qw_run_state *run, const qw_trimesh *marked, float edge, const qw_mirror_plane *plane,
-                     bool is_turned)
+static bool is_plain(const qw_run_state *run, const qw_census *census, const qw_trimesh *marked, float edge,
+                     const qw_mirror_plane *plane, bool is_turned)
 {
-    corners count = count_corners(run, marked, edge, plane);
-    int64_t components = run->whole.census.components;
-    return count.all < FEW_CORNERS && (count.components == components || is_turned) &&
-           run->whole.census.euler == 2 * components;
+    corners count = count_corners(run, census, marked, edge, plane);
+    int64_t components = census->components;
+    return count.all < FEW_CORNERS && (count.components == components || is_turned) && census->euler == 2 * components;
 }
 
 /* How long sharp edges are, in quads' edges, that run along the plane so near to it that what is between has but half
@@ -87,47 +87,48 @@ static double length_of_narrow(const qw_run_state *run, const qw_trimesh *m, dou
 }
 
 /* The surface with its sharp edges marked. In the current scope. */
-static qw_trimesh mark_sharp(const qw_run_state *run)
+static qw_trimesh mark_sharp(const qw_run_state *run, const qw_cut_surface *of)
 {
     double used, angle = run->options.sharp_angle;
-    float edge = (float)sqrt(run->whole.area / QUADS);
-    qw_trimesh surface = run->whole.clean.mesh;
+    float edge = (float)sqrt(of->area / QUADS);
+    qw_trimesh surface = *of->mesh;
     surface.mark = NULL, surface.point = NULL;
     qw_find_features(run->env, &surface, angle < 0 ? -1.0 : angle * QW_PI / 180.0, edge, &used);
     return surface;
 }
 
-static bool has_sharp(const qw_run_state *run, const qw_trimesh *marked)
+static bool has_sharp(const qw_cut_surface *of, const qw_trimesh *marked)
 {
-    return qw_marked_length(marked) > SHARP * sqrt(run->whole.area);
+    return qw_marked_length(marked) > SHARP * sqrt(of->area);
 }
 
 bool qw_is_sharp(const qw_run_state *run)
 {
     qw_scope_begin(run->env);
-    qw_trimesh surface = mark_sharp(run);
-    bool is = has_sharp(run, &surface);
+    qw_cut_surface whole = qw_cut_whole(run);
+    qw_trimesh surface = mark_sharp(run, &whole);
+    bool is = has_sharp(&whole, &surface);
     qw_scope_end(run->env);
     return is;
 }
 
-bool qw_suits_cut(const qw_run_state *run, const qw_mirror_plane *plane, bool is_turned)
+bool qw_suits_cut(const qw_run_state *run, const qw_cut_surface *of, const qw_mirror_plane *plane, bool is_turned)
 {
     qw_env *env = run->env;
-    float edge = (float)sqrt(run->whole.area / QUADS);
+    float edge = (float)sqrt(of->area / QUADS);
     if (run->whole.input->mark_count > 0 && (run->options.keep_marks || run->options.sharp_marks)) return false;
     qw_scope_begin(env);
-    qw_trimesh surface = mark_sharp(run);
-    bool is_sharp = has_sharp(run, &surface);
+    qw_trimesh surface = mark_sharp(run, of);
+    bool is_sharp = has_sharp(of, &surface);
     double quad = sqrt(run->whole.area / qw_faces_wanted(run, &run->options));
     bool is_easy = length_of_narrow(run, &surface, quad, plane) < MUCH_NARROW;
     if (is_sharp && is_easy)
-        is_easy = run->whole.clean.wrapped == 0 && !is_plain(run, &surface, edge, plane, is_turned);
+        is_easy = run->whole.clean.wrapped == 0 && !is_plain(run, of->census, &surface, edge, plane, is_turned);
     if (is_easy && run->options.sharp_angle < 0) {
         qw_find_points(env, &surface, edge);
         surface.mark = NULL; /* where sharp edges meet on the plane nothing is lost */
-        is_easy = count_corners(run, &surface, edge, plane).on == 0 &&
-                  (is_sharp || !qw_sharpen(env, &surface, &run->whole.census, edge));
+        is_easy = count_corners(run, of->census, &surface, edge, plane).on == 0 &&
+                  (is_sharp || !qw_sharpen(env, &surface, of->census, edge));
     }
     qw_scope_end(env);
     return is_easy;

@@ -315,7 +315,7 @@ class Job:
         source, notes = item.snapshot, []
         quads, is_half = rebuild.Quads(source, item.arrays), False
         if source.halving and source.halving[0] in obj.modifiers and item.reply["asset"] is None:
-            half = quads.half(source.halving[1], source.halving[2]) if item.reply["report"]["symmetric"] else None
+            half = quads.half(source.halving[1], source.halving[2]) if item.reply["report"]["symmetric"] == 1 else None
             if half is not None:
                 quads, is_half = half, True
             else:

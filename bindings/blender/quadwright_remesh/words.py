@@ -65,7 +65,7 @@ def sentences(report, transfer, seconds, lost, notes, materials=(), follows_seam
     if kept:
         lines.append(("FACESEL", f"{count(kept, 'face')} around them stayed, and {'is' if kept == 1 else 'are'} among these figures"))
     if report["symmetric"]:
-        lines.append(("MOD_MIRROR", "Both sides are alike"))
+        lines.append(("MOD_MIRROR", "Both sides are alike" if report["symmetric"] == 1 else "Parts are alike on both sides"))
     told_of = [row for row in REPAIRS if report[row[0]] > 0 and not (kept and row[0] == "dropped_isolated")]  # those of the faces that stay
     repaired = [f"{count(report[name], one, many)}" for name, one, many in told_of]
     lines += [("MODIFIER", line[0].upper() + line[1:]) for line in repaired] or ([] if told else [("CHECKMARK", "Nothing had to be repaired")])

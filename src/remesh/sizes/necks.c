@@ -36,9 +36,12 @@ typedef struct search {
     qw_env *env;
     const qw_trimesh *mesh;
     const qw_bvh *tree; /* NULL until it is needed */
-    double edge, most_ratio, area;
+    double edge, most_ratio;
+    uint32_t *component, components; /* uint32_t[faces] */
+    double *area;                    /* double[components] */
     bool is_inside_out;
-    const double *cut;
+    const double *cut; /* double[cuts][4] */
+    uint32_t cuts;
     neck *found; /* neck[QW_MOST_NECKS] */
     size_t count;
     /* around the tip that is looked at, up to some distance */
@@ -69,36 +72,38 @@ typedef struct seed {
 static qw_cells find_cells(const search *s)
 {
     uint32_t n = s->mesh->vertex_count;
-    if (n > MOST_CELLS) return qw_cells_of_mesh(s->env, s->mesh, (float)sqrt(s->area / MOST_CELLS));
+    if (n > MOST_CELLS) return qw_cells_of_mesh(s->env, s->mesh, (float)sqrt(qw_trimesh_area(s->mesh) / MOST_CELLS));
     qw_cells c = qw_cells_of_vertices(s->env, s->mesh);
     c.of = c.start = QW_NEW(s->env, uint32_t, n);
     for (uint32_t v = 0; v < n; v++) c.of[v] = v;
     return c;
 }
 
-static float *distances_from(const search *s, const qw_cells *c, uint32_t from, float farthest)
+/* The component of each cell: uint32_t[cells]. */
+static uint32_t *components_of_cells(const search *s, const qw_cells *c)
 {
-    float *distance = QW_NEW(s->env, float, c->count);
-    for (uint32_t i = 0; i < c->count; i++) distance[i] = i == from ? 0 : farthest;
-    qw_cells_limit(s->env, c, distance, 1);
-    return distance;
+    uint32_t *component = QW_NEW_ZERO(s->env, uint32_t, c->count);
+    for (uint32_t h = 0; h < 3 * s->mesh->face_count; h++) component[c->of[s->mesh->corner[h]]] = s->component[h / 3];
+    return component;
 }
 
-/* The mean distance of each cell to BASES that lie far from one another: float[cells]. */
-static float *how_far_out(const search *s, const qw_cells *c)
+/* The mean distance of each cell to BASES of its component that lie far from one another: float[cells]. */
+static float *how_far_out(const search *s, const qw_cells *c, const uint32_t *component)
 {
-    uint32_t n = c->count, base = 0;
-    float *sum = QW_NEW_ZERO(s->env, float, n), *nearest = QW_NEW(s->env, float, n);
+    uint32_t n = c->count, *base = QW_NEW(s->env, uint32_t, s->components);
+    float *sum = QW_NEW_ZERO(s->env, float, n), *nearest = QW_NEW(s->env, float, n),
+          *distance = QW_NEW(s->env, float, n);
+    for (uint32_t k = n; k-- > 0;) base[component[k]] = k;
     for (int i = 0; i <= BASES; i++) { /* the first only says where the next is */
-        float *distance = distances_from(s, c, base, FARTHEST);
-        uint32_t next = 0;
+        for (uint32_t k = 0; k < n; k++) distance[k] = k == base[component[k]] ? 0 : FARTHEST;
+        qw_cells_limit(s->env, c, distance, 1);
         for (uint32_t k = 0; k < n; k++) {
             if (i > 0 && distance[k] < FARTHEST) sum[k] += distance[k] / BASES;
             nearest[k] = i > 1 ? fminf(nearest[k], distance[k]) : distance[k];
-            if (nearest[k] > nearest[next]) next = k;
         }
-        base = next;
-        qw_free(s->env, distance);
+        for (uint32_t k = n; k-- > 0;) base[component[k]] = k;
+        for (uint32_t k = 0; k < n; k++)
+            if (nearest[k] > nearest[base[component[k]]]) base[component[k]] = k;
     }
     return sum;
 }
@@ -110,16 +115,17 @@ static uint32_t find_seeds(const search *s, const qw_cells *c, seed *seeds)
     qw_env *env = s->env;
     uint32_t n = c->count, count = 0, *set = QW_NEW(env, uint32_t, n), *top = QW_NEW(env, uint32_t, n),
              *is_up = QW_NEW_ZERO(env, uint32_t, n);
-    const float *out = how_far_out(s, c);
+    const uint32_t *component = components_of_cells(s, c);
+    const float *out = how_far_out(s, c, component);
     double *area = QW_NEW_ZERO(env, double, n);
     for (uint32_t f = 0; f < s->mesh->face_count; f++) area[c->of[s->mesh->corner[3 * f]]] += area_of(s->mesh, f);
     uint64_t *order = QW_NEW(env, uint64_t, n);
     for (uint32_t i = 0; i < n; i++) order[i] = (uint64_t)(UINT32_MAX - qw_float_key(out[i])) << 32 | i, top[i] = i;
     qw_sort_u64(order, n);
     qw_sets_begin(set, n);
-    const double most = MOST_INSIDE * s->area;
     for (uint32_t i = 0; i < n; i++) {
         uint32_t v = (uint32_t)order[i];
+        const double most = MOST_INSIDE * s->area[component[v]];
         is_up[v] = 1;
         for (uint32_t k = c->begin[v]; k < c->begin[v + 1]; k++) {
             if (!is_up[c->neighbour[k]]) continue;
@@ -134,7 +140,7 @@ static uint32_t find_seeds(const search *s, const qw_cells *c, seed *seeds)
         }
     }
     for (uint32_t i = 0; i < n; i++)
-        if (qw_set_of(set, i) == i) seeds[count++] = (seed){c->start[top[i]], most};
+        if (qw_set_of(set, i) == i) seeds[count++] = (seed){c->start[top[i]], MOST_INSIDE * s->area[component[i]]};
     return count < MOST_SEEDS ? count : MOST_SEEDS;
 }
 
@@ -276,7 +282,7 @@ static void measure_levels(const search *s, levels *l)
 /* q where the level encloses a disc, which a cut may halve; else INFINITY. */
 static double ratio_at(const search *s, const levels *l, int j)
 {
-    bool is_disc = l->euler[j] == 1 && l->area[j] > 0 && l->length[j] > 0 && l->ends[j] <= (s->cut ? 2 : 0);
+    bool is_disc = l->euler[j] == 1 && l->area[j] > 0 && l->length[j] > 0 && l->ends[j] <= (s->cuts > 0 ? 2 : 0);
     double halves = l->ends[j] > 0 ? 2 : 1;
     return is_disc ? halves * l->length[j] * l->length[j] / (4 * QW_PI * l->area[j]) : INFINITY;
 }
@@ -320,17 +326,41 @@ static bool trace(const search *s, float at, double length, neck *n)
 }
 
 /* Whether all faces of a closed surface look inward, or of half of one, whose boundary lies in the cut. */
-static bool is_inside_out(const qw_trimesh *m, const double *cut)
+static bool is_inside_out(const search *s)
 {
-    uint32_t rim = 0;
+    const qw_trimesh *m = s->mesh;
+    uint32_t *rim = QW_NEW_ZERO(s->env, uint32_t, s->components);
     double volume = 0;
+    bool is_open = false;
     for (uint32_t h = 0; h < 3 * m->face_count; h++)
-        if (m->twin[h] == QW_NONE) rim = h;
-    if (m->twin[rim] == QW_NONE && !cut) return false;
+        if (m->twin[h] == QW_NONE) rim[s->component[h / 3]] = m->corner[h], is_open = true;
     for (uint32_t f = 0; f < m->face_count; f++)
-        volume += (double)qw_dot(qw_sub(m->position[m->corner[3 * (size_t)f]], m->position[m->corner[rim]]),
+        volume += (double)qw_dot(qw_sub(m->position[m->corner[3 * (size_t)f]], m->position[rim[s->component[f]]]),
                                  qw_face_cross(m, f));
-    return volume < 0;
+    return volume < 0 && (s->cuts > 0 || !is_open);
+}
+
+static void measure_components(search *s)
+{
+    const qw_trimesh *m = s->mesh;
+    s->component = QW_NEW(s->env, uint32_t, m->face_count);
+    s->components = qw_label_components(s->env, 3, m->twin, m->face_count, s->component);
+    s->area = QW_NEW_ZERO(s->env, double, s->components);
+    for (uint32_t f = 0; f < m->face_count; f++) s->area[s->component[f]] += area_of(m, f);
+    s->is_inside_out = is_inside_out(s);
+}
+
+/* The normal of the cut in which the ends of a half lie. */
+static qw_vec3 normal_at_ends(const search *s, const neck *n)
+{
+    const double *best = s->cut;
+    double least = INFINITY;
+    for (uint32_t i = 0; i < s->cuts; i++) {
+        const double *cut = s->cut + 4 * (size_t)i;
+        double up = fabs((double)qw_dot(qw_v3_of_doubles(cut), n->point[0]) - cut[3]);
+        if (up < least) least = up, best = cut;
+    }
+    return qw_v3_of_doubles(best);
 }
 
 /* Whether the volume between what lies nearer than the curve and the middle of the curve is on the outside. */
@@ -362,7 +392,7 @@ static qw_vec3 point_at(const search *s, const neck *n, int i)
     if (!n->is_open) return n->point[(i + POINTS) % POINTS];
     int k = i < 0 ? -i : i >= POINTS ? 2 * (POINTS - 1) - i : i;
     if (k == i) return n->point[i];
-    qw_vec3 normal = qw_v3_of_doubles(s->cut), p = n->point[k];
+    qw_vec3 normal = normal_at_ends(s, n), p = n->point[k];
     return qw_madd(p, 2 * qw_dot(qw_sub(n->point[0], p), normal), normal);
 }
 
@@ -376,7 +406,7 @@ static void draw_in(const search *s, neck *n, int step)
         qw_hit hit = qw_bvh_nearest(s->tree, to, qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
         moved[i] = hit.point, n->face[i] = hit.face;
         if (!n->is_open || (i > 0 && i < POINTS - 1)) continue;
-        qw_vec3 normal = qw_v3_of_doubles(s->cut); /* an end stays in the plane */
+        qw_vec3 normal = normal_at_ends(s, n); /* an end stays in the plane */
         moved[i] = qw_madd(hit.point, qw_dot(qw_sub(n->point[0], hit.point), normal), normal);
     }
     memcpy(n->point, moved, sizeof moved);
@@ -479,7 +509,7 @@ static void find_minima(search *s, levels *l)
     double before = INFINITY; /* the most since the last minimum */
     for (int j = 0; j < l->count; j++) {
         double q = ratio_at(s, l, j), least = ratio_at(s, l, best);
-        bool goes_on = l->area[j] < MOST_INSIDE * s->area;
+        bool goes_on = l->area[j] < MOST_INSIDE * s->area[s->component[s->face[0]]];
         if (q < least && goes_on) best = j;
         if (goes_on && !(q > RISE * least)) continue;
         bool is_neck = least <= QW_NECK_RATIO && before > RISE * least;
@@ -536,14 +566,15 @@ static qw_necks choose(search *s)
     return necks;
 }
 
-qw_necks qw_find_necks(qw_env *env, const qw_trimesh *m, double edge, const double *cut, double strength)
+qw_necks qw_find_necks(qw_env *env, const qw_trimesh *m, double edge, const double *cut, uint32_t cuts, double strength)
 {
     assert(m->twin && edge > 0 && strength > 0 && strength <= 1);
     uint32_t n = m->vertex_count;
     qw_necks necks = {0};
     qw_scope_begin(env);
-    search s = {.env = env, .mesh = m, .edge = edge, .cut = cut, .most_ratio = QW_NECK_RATIO * strength};
-    s.area = qw_trimesh_area(m), s.is_inside_out = is_inside_out(m, cut), s.found = QW_NEW(env, neck, QW_MOST_NECKS);
+    search s = {.env = env, .mesh = m, .edge = edge, .cut = cut, .cuts = cuts, .most_ratio = QW_NECK_RATIO * strength};
+    s.found = QW_NEW(env, neck, QW_MOST_NECKS);
+    measure_components(&s);
     qw_cells cells = find_cells(&s);
     seed *seeds = QW_NEW(env, seed, 2 * (size_t)cells.count);
     uint32_t count = find_seeds(&s, &cells, seeds);

@@ -27,7 +27,8 @@ typedef struct qw_necks {
 bool qw_fits_on_neck(const qw_vec3 *point, uint32_t count, double edge);
 
 /* Necks with q of 0.4 times strength (0 to 1) at the most, pockets with q of 0.4, the clearest first, around which six
-   edges fit that are a fifth as long as the mean one. Of what a cut halves others need half the q. cut: double[3], the
-   normal of the plane in which the boundary lies that halves what encloses a tip or a floor in it; NULL: there is none.
-   In the current scope. */
-qw_necks qw_find_necks(qw_env *env, const qw_trimesh *surface, double edge, const double *cut, double strength);
+   edges fit that are a fifth as long as the mean one. Of what a cut halves others need half the q. cut:
+   double[cuts][4], normals and offsets of planes in which the boundary lies that halves what encloses a tip or a floor
+   in it. In the current scope. */
+qw_necks qw_find_necks(qw_env *env, const qw_trimesh *surface, double edge, const double *cut, uint32_t cuts,
+                       double strength);

@@ -5,6 +5,7 @@
 #include "base/mechanisms.h"
 #include "base/constants.h"
 #include "base/promise.h"
+#include "whole/cut.h"
 #include "whole/wrapped.h"
 #include "run/stages/split_levels.h"
 #include "run/stages/coverage.h"
@@ -28,16 +29,9 @@ typedef struct finishing {
 static void fit_to_surface(finishing *f)
 {
     const qw_run_state *run = f->run;
-    const qw_frame *frame = &run->clean.frame;
     if (run->options.fit == 0 || f->quads.face_count == 0) return;
     if (run->options.fit_to == QW_FIT_TO_LIMIT) return; /* from where they are now: run/stages/split_levels.h */
-    double *cut = QW_NEW(run->env, double, 4 * (size_t)run->input.cuts);
-    for (uint32_t i = 0; i < run->input.cuts; i++) {
-        const double *from = run->input.cut + 4 * (size_t)i;
-        double *to = cut + 4 * (size_t)i, offset = from[3];
-        for (int k = 0; k < 3; k++) to[k] = from[k], offset -= from[k] * frame->center[k];
-        to[3] = offset * frame->scale;
-    }
+    double *cut = qw_cuts_in_frame(run);
     qw_fit fit = {.tree = run->tree, .strength = (float)run->options.fit, .cut = cut, .cuts = run->input.cuts};
     qw_trimesh seen;
     fit.target = (qw_fit_target){.surface = run->tree,

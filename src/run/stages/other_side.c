@@ -90,7 +90,7 @@ static void find_components(other_side *o, const uint32_t *component)
     memset(leader, 0xff, count * sizeof *leader);
     for (uint32_t v = 0; v < q->vertex_count; v++) {
         uint32_t c = component[v];
-        bool is_reflected = !o->run->mirror.single || !o->run->mirror.single[c];
+        bool is_reflected = !o->run->mirror.planes || o->run->mirror.planes[c];
         qw_hit hit = qw_bvh_nearest(o->side.tree, q->position[v], normal[v], QW_SAME_SHEET, 1, QW_NONE);
         if (!is_reflected || hit.face == QW_NONE) continue;
         uint32_t at = o->side.surface_census.component[hit.face];
@@ -230,10 +230,13 @@ double *qw_place_other_side(const qw_run_state *run, const qw_quadmesh *quads, c
     relax(&o);
     *suits = judge(&o, quads);
     double *place = QW_NEW(run->env, double, 3 * (size_t)quads->vertex_count);
+    uint8_t *planes = run->mirror.own ? qw_planes_of_quads(run, quads) : NULL;
     for (uint32_t v = 0; v < quads->vertex_count; v++) {
         double p[3];
+        uint32_t number = 0;
+        while (planes && planes[v] >> number > 1) number++;
         qw_place_in_input(&run->clean, o.quads.position[v], p);
-        qw_reflect(&run->mirror.plane, p, place + 3 * (size_t)v);
+        qw_reflect(qw_plane_number(run, number), p, place + 3 * (size_t)v);
     }
     return place;
 }

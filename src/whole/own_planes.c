@@ -1,0 +1,115 @@
+#include "whole/own_planes.h"
+
+#include "base/constants.h"
+#include "base/sort.h"
+#include "whole/across.h"
+#include "whole/half.h"
+#include "whole/suits_cut.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* Components of less than this share of the area are not asked: it bounds how many are. */
+static const double LEAST_PART = 1.0 / 64;
+
+/* A component by itself, in the frame of the whole. */
+static qw_trimesh take_component(const qw_run_state *run, uint32_t component)
+{
+    const qw_trimesh *m = &run->whole.clean.mesh;
+    qw_env *env = run->env;
+    uint32_t *vertex = QW_NEW(env, uint32_t, m->vertex_count);
+    qw_vec3 *position = QW_NEW(env, qw_vec3, m->vertex_count);
+    qw_trimesh part = {.position = position, .corner = QW_NEW(env, uint32_t, 3 * (size_t)m->face_count)};
+    memset(vertex, 0xff, m->vertex_count * sizeof *vertex);
+    for (uint32_t f = 0; f < m->face_count; f++) {
+        if (run->whole.census.component[f] != component) continue;
+        for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
+            uint32_t v = m->corner[h];
+            if (vertex[v] == QW_NONE) vertex[v] = part.vertex_count, position[part.vertex_count++] = m->position[v];
+            part.corner[3 * part.face_count + h - 3 * f] = vertex[v];
+        }
+        part.face_count++;
+    }
+    qw_trimesh_link(env, &part);
+    return part;
+}
+
+static double diagonal_of(const qw_trimesh *m)
+{
+    qw_vec3 lo = {FLT_MAX, FLT_MAX, FLT_MAX}, hi = {-FLT_MAX, -FLT_MAX, -FLT_MAX};
+    for (uint32_t v = 0; v < m->vertex_count; v++) {
+        qw_vec3 p = m->position[v];
+        lo = qw_v3(fminf(lo.x, p.x), fminf(lo.y, p.y), fminf(lo.z, p.z));
+        hi = qw_v3(fmaxf(hi.x, p.x), fmaxf(hi.y, p.y), fmaxf(hi.z, p.z));
+    }
+    return (double)qw_distance(lo, hi);
+}
+
+/* Whether both sides of the plane have one topology. */
+static bool has_like_sides(const qw_run_state *run, const qw_cut_surface *part, const qw_mirror_plane *plane)
+{
+    double *position = QW_NEW(run->env, double, 3 * (size_t)part->mesh->vertex_count);
+    for (uint32_t v = 0; v < part->mesh->vertex_count; v++)
+        qw_place_in_input(&run->whole.clean, part->mesh->position[v], position + 3 * (size_t)v);
+    qw_half half = qw_cut_half(run->env, part->mesh, position, &(qw_mirror_planes){1, plane, NULL}, NULL, false);
+    return half.face_count > 0 && qw_is_like_half(run->env, &half, part->mesh, part->census);
+}
+
+/* The component's plane, if it has one. Its `far` becomes one of the whole's diagonals. */
+static bool find_own(const qw_run_state *run, uint32_t component, double edge, qw_mirror_search *own)
+{
+    const qw_frame *frame = &run->whole.clean.frame;
+    qw_mirror_search found[QW_MOST_PLANES];
+    bool is_found = false, is_auto = run->options.symmetry == QW_SYMMETRY_AUTO;
+    qw_scope_begin(run->env);
+    qw_trimesh mesh = take_component(run, component);
+    qw_census census = qw_trimesh_census(run->env, &mesh);
+    qw_cut_surface part = {&mesh, &census, qw_trimesh_area(&mesh)};
+    uint32_t count = qw_find_mirror_planes(run->env, &mesh, frame, QW_NO_AXIS, QW_NEARLY_ALIKE, found);
+    double diagonal = diagonal_of(&mesh);
+    bool is_turned = qw_is_turned(run->env, &mesh, frame, found, count);
+    for (uint32_t i = 0; i < count && !is_found; i++) {
+        *own = found[i], own->far *= diagonal;
+        is_found = own->most <= QW_NEARLY_ALIKE && (run->plan.plane == 0 || qw_is_alike(own->far, edge)) &&
+                   (!is_auto || qw_suits_cut(run, &part, &own->plane, is_turned)) &&
+                   has_like_sides(run, &part, &own->plane);
+    }
+    qw_scope_end(run->env);
+    return is_found;
+}
+
+/* Components, the largest first, as far as they are large enough: their keys are made in `keys`. Returns how many. */
+static uint32_t list_largest(const qw_run_state *run, uint64_t *keys)
+{
+    uint32_t components = (uint32_t)run->whole.census.components, count = 0;
+    double *area = QW_NEW_ZERO(run->env, double, components);
+    for (uint32_t f = 0; f < run->whole.clean.mesh.face_count; f++)
+        area[run->whole.census.component[f]] += (double)qw_length(qw_face_cross(&run->whole.clean.mesh, f)) / 2;
+    for (uint32_t c = 0; c < components; c++)
+        if (area[c] >= LEAST_PART * run->whole.area)
+            keys[count++] = (uint64_t)qw_float_key((float)(run->whole.area - area[c])) << 32 | c;
+    qw_sort_u64(keys, count);
+    qw_free(run->env, area);
+    return count;
+}
+
+qw_mirror qw_find_own_planes(const qw_run_state *run, double edge)
+{
+    qw_env *env = run->env;
+    uint32_t components = (uint32_t)run->whole.census.components, planes = 0;
+    qw_mirror m = {.own = QW_NEW_ZERO(env, uint8_t, components)};
+    uint64_t *keys = QW_NEW(env, uint64_t, components);
+    uint32_t count = components > 1 ? list_largest(run, keys) : 0;
+    for (uint32_t i = 0; i < count && planes < QW_MOST_CUTS; i++) {
+        uint32_t c = (uint32_t)keys[i];
+        qw_mirror_search found;
+        qw_heartbeat(env);
+        if (!find_own(run, c, edge, &found)) continue;
+        *(planes == 0 ? &m.plane : &m.across[planes - 1]) = found.plane;
+        m.own[c] = (uint8_t)++planes, m.far = fmax(m.far, found.far);
+    }
+    qw_free(env, keys);
+    m.is_used = planes > 0, m.across_count = planes > 0 ? planes - 1 : 0;
+    return m;
+}
