@@ -16,7 +16,9 @@ static uint32_t next_of_triangles(const qw_trimesh *m, uint32_t h)
 static uint8_t cut_at(const qw_trimesh *m, const uint8_t *on_planes, uint32_t h)
 {
     uint32_t both = on_planes[m->corner[h]] & on_planes[m->corner[qw_next(h)]];
-    return both & 1 ? 1 : both & 2 ? 2 : both ? 3 : 0;
+    uint8_t first = both > 0;
+    while (first > 0 && !(both >> (first - 1) & 1)) first++;
+    return first;
 }
 
 /* The first half-edge of the arc that h belongs to: walks along the loop to where edges begin to lie on the same plane,

@@ -11,7 +11,7 @@
 #include <string.h>
 
 /* Components of less than this share of the area are not asked: it bounds how many are. */
-static const double LEAST_PART = 1.0 / 64;
+static const double LEAST_PART = 1.0 / 16;
 
 /* A component by itself, in the frame of the whole. */
 static qw_trimesh take_component(const qw_run_state *run, uint32_t component)
