@@ -105,7 +105,7 @@ static void necks_are_found(void **state)
             for (uint32_t v = necks.begin[k]; v + 1 < necks.begin[k + 1]; v++) middle = qw_add(middle, necks.point[v]);
             float off = qw_length(middle) / (float)(necks.begin[k + 1] - necks.begin[k] - 1);
             assert_true(off > 0.5f && off < 1.5f); /* it goes around a rod */
-            assert_int_equal(necks.is_pocket[k], rows[i].height < 0);
+            assert_int_equal(necks.kind[k], rows[i].height < 0);
         }
         qw_env_destroy(env);
     }
@@ -302,6 +302,33 @@ static void a_socket_gets_rings_by_itself(void **state)
     shape_free(&s);
 }
 
+/* Dents that are too flat to be sockets have rings by default where a plane makes them twins, else none, as noise has
+   dents too. */
+static void dents_with_a_twin_get_rings(void **state)
+{
+    (void)state;
+    shape s = shape_sphere(48);
+    for (uint32_t v = 0; v < s.vertex_count; v++) {
+        double *p = s.position + 3 * (size_t)v, off = acos(fmin(fabs(p[2]), 1)) / 0.25,
+               r = 1 - 0.4 * exp(-off * off) + 0.06 * sin(5 * p[0]) * cos(4 * p[1]);
+        p[0] *= r, p[1] *= 1.2 * r, p[2] *= r;
+    }
+    qw_mesh_view quads;
+    qw_options options;
+    qw_context *context = context_with(&s, 6000, &options);
+    for (int twins = 0; twins < 2; twins++) {
+        options.symmetry = twins ? QW_SYMMETRY_Z : QW_SYMMETRY_NONE;
+        if (qw_run(context, &options) != QW_OK) fail_msg("%s", qw_message(context));
+        qw_get_mesh(context, &quads);
+        uint32_t edges, found = count_rings(&quads, 0.6, &edges);
+        int nests = (int)qw_get_report(context)->nests;
+        printf("dents, %d: %u rings of up to %u edges, %d nests\n", twins, found, edges, nests);
+        assert_true(twins ? nests == 1 && found >= 4 : nests == 0);
+    }
+    qw_destroy(context);
+    shape_free(&s);
+}
+
 /* A ball open in an almond around z, whose boundary turns sharply at both ends. */
 static void at_mouth(double u, double v, double p[3])
 {
@@ -403,10 +430,15 @@ static void lips_have_rings(void **state)
 QW_TEST_SUITE(nests)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(directions_run_around),       cmocka_unit_test(necks_are_found),
-        cmocka_unit_test(one_guide_gives_rings),       cmocka_unit_test(ovals_have_rings_inside),
-        cmocka_unit_test(loops_on_both_sides_are_one), cmocka_unit_test(a_socket_gets_rings_by_itself),
-        cmocka_unit_test(openings_have_rings),         cmocka_unit_test(lips_have_rings),
+        cmocka_unit_test(directions_run_around),
+        cmocka_unit_test(necks_are_found),
+        cmocka_unit_test(one_guide_gives_rings),
+        cmocka_unit_test(ovals_have_rings_inside),
+        cmocka_unit_test(loops_on_both_sides_are_one),
+        cmocka_unit_test(a_socket_gets_rings_by_itself),
+        cmocka_unit_test(dents_with_a_twin_get_rings),
+        cmocka_unit_test(openings_have_rings),
+        cmocka_unit_test(lips_have_rings),
     };
     return cmocka_run_group_tests_name("nests", tests, NULL, NULL);
 }

@@ -12,7 +12,7 @@
 
 #include "run/driver.h"
 
-enum { QW_STATE_VERSION = 32, QW_STATE_NAME = 40, QW_STATE_HEADER = 24 };
+enum { QW_STATE_VERSION = 33, QW_STATE_NAME = 40, QW_STATE_HEADER = 24 };
 
 typedef struct qw_state_record {
     char name[QW_STATE_NAME];

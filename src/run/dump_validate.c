@@ -168,9 +168,9 @@ static void validate_marked(qw_context_state *c)
     validate_surface(c, &run->surface);
     const qw_necks *necks = &run->necks;
     REQUIRE(c, !necks->begin == (necks->count == 0) && !necks->point == (necks->count == 0), "necks are missing");
-    REQUIRE(c, !necks->is_pocket == (necks->count == 0), "what necks are is missing");
+    REQUIRE(c, !necks->kind == (necks->count == 0), "what necks are is missing");
     for (uint32_t i = 0; i < necks->count; i++)
-        REQUIRE(c, necks->begin[0] == 0 && has_points(necks->begin + i, 3) && necks->is_pocket[i] <= 1,
+        REQUIRE(c, necks->begin[0] == 0 && has_points(necks->begin + i, 3) && necks->kind[i] <= QW_DENT,
                 "a neck has fewer than three points or is of no kind");
     run->surface_census = qw_trimesh_census(c->env, &run->surface);
     require_topology(c, &run->surface_census, &run->core.census, "the marked surface has another topology");

@@ -159,11 +159,11 @@ static void add_steps(taking *t, const qw_vec3 *point, uint32_t count)
     for (uint32_t i = 0; i + 1 < count; i++) t->from[t->steps] = point[i], t->to[t->steps++] = point[i + 1];
 }
 
-static void take(taking *t, const qw_vec3 *point, uint32_t count, uint8_t is_pocket)
+static void take(taking *t, const qw_vec3 *point, uint32_t count, uint8_t kind)
 {
     qw_necks *n = &t->taken;
     memcpy(n->point + n->begin[n->count], point, count * sizeof *point);
-    n->is_pocket[n->count++] = is_pocket, n->begin[n->count] = n->begin[n->count - 1] + count;
+    n->kind[n->count++] = kind, n->begin[n->count] = n->begin[n->count - 1] + count;
 }
 
 /* The number of edges along a curve; 0: it is off the surface. *rows: how many fit across it, where movement changes
@@ -228,7 +228,7 @@ static void take_joints(taking *t)
             uint32_t count = s->guide_begin[g + 1] - s->guide_begin[g];
             if (!joints && s->guide_kind[g] == QW_GUIDE_LOOP) add_steps(t, p, count);
             if (joints && s->guide_kind[g] == QW_GUIDE_JOINT && t->taken.count < QW_MOST_NECKS && has_room(t, p, count))
-                take(t, p, count, 0), add_steps(t, p, count);
+                take(t, p, count, QW_LIMB), add_steps(t, p, count);
         }
 }
 
@@ -242,7 +242,7 @@ static void take_necks(taking *t, const qw_necks *found)
         if (!is_whole && !is_cut) continue; /* it ends at a boundary of the surface */
         double length = 0;
         for (uint32_t k = 0; k + 1 < count; k++) length += (double)qw_distance(p[k], p[k + 1]);
-        if (is_free(t, p, count, length / (double)t->edge)) take(t, p, count, found->is_pocket[i]);
+        if (is_free(t, p, count, length / (double)t->edge)) take(t, p, count, found->kind[i]);
     }
 }
 
@@ -256,7 +256,7 @@ static void add_steps_of(taking *t, const qw_necks *curves)
 static void add_openings(taking *t, const qw_necks *openings)
 {
     for (uint32_t i = 0; i < openings->count; i++)
-        take(t, openings->point + openings->begin[i], openings->begin[i + 1] - openings->begin[i], 1);
+        take(t, openings->point + openings->begin[i], openings->begin[i + 1] - openings->begin[i], QW_POCKET);
 }
 
 /* Draws the curves on a copy of the surface, which becomes the surface; those that cannot be drawn are let go. */
@@ -274,12 +274,12 @@ static void engrave_taken(taking *t)
         const qw_polylines lines = {n->count, n->begin, n->point, number, mark, finer};
         int64_t marked;
         qw_trimesh cut = qw_engrave(env, &run->surface, t->tree, &lines, t->edge, &marked, drawn);
-        qw_necks kept = {0, n->begin, n->point, n->is_pocket};
+        qw_necks kept = {0, n->begin, n->point, n->kind};
         for (uint32_t i = 0; i < n->count; i++) {
             uint32_t from = n->begin[i], count = n->begin[i + 1] - from, to = kept.begin[kept.count];
             if (!drawn[i]) continue;
             memmove(kept.point + to, n->point + from, count * sizeof *kept.point);
-            kept.is_pocket[kept.count++] = n->is_pocket[i], kept.begin[kept.count] = to + count;
+            kept.kind[kept.count++] = n->kind[i], kept.begin[kept.count] = to + count;
         }
         bool all = kept.count == n->count;
         *n = kept;
@@ -334,7 +334,7 @@ void qw_engrave_necks(qw_run_state *run, double rho)
         add_openings(&t, &openings.curves);
         if (t.taken.count > 0) {
             run->necks = t.taken;
-            qw_keep(env, run->necks.begin), qw_keep(env, run->necks.point), qw_keep(env, run->necks.is_pocket);
+            qw_keep(env, run->necks.begin), qw_keep(env, run->necks.point), qw_keep(env, run->necks.kind);
         }
         qw_acted(env, QW_MECH_NECKS, finds_necks);
         qw_kept(env, QW_MECH_NECKS, run->necks.count > joints ? run->necks.count - joints : 0);

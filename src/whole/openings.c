@@ -107,8 +107,8 @@ qw_openings qw_find_openings(const qw_run_state *run, double rho)
             n->point[begin + i] = m->position[m->corner[o.half[i]]];
         }
         n->point[begin + o.count] = m->position[m->corner[qw_next(o.half[o.count - 1])]];
-        if (!qw_fits_on_neck(n->point + begin, o.count + 1, rho)) continue;
-        n->is_pocket[n->count++] = 1, n->begin[n->count] = begin + o.count + 1;
+        if (!qw_fits_on_neck(n->point + begin, o.count + 1, rho, QW_POCKET)) continue;
+        n->kind[n->count++] = QW_POCKET, n->begin[n->count] = begin + o.count + 1;
     }
     return found;
 }

@@ -55,8 +55,8 @@ void qw_smooth_guide(const qw_run_state *run, uint32_t guide, const qw_vec3 *poi
 static const double NEST_SHARE = 0.15;
 
 /* Rings on each side of a neck for which edges are short enough, at strength 0.5: as many as rows lie across so many
-   quads, at most MOST_RINGS. And of those that have room anyway. */
-static const double QUADS_OF_RINGS = 350;
+   quads, at most MOST_RINGS, and a share of that around a dent. And of those that have room anyway. */
+static const double QUADS_OF_RINGS = 350, OF_DENT = 0.6;
 enum { MOST_RINGS = 6, LEAST_RINGS = 3 };
 
 qw_nests qw_nests_of_guides(const qw_run_state *run, double rho)
@@ -71,7 +71,7 @@ qw_nests qw_nests_of_guides(const qw_run_state *run, double rho)
     const qw_vec3 *point = s->guide_count > 0 ? qw_guides_in_frame(run) : NULL;
     double most = 0, faces = run->core.area / (rho * rho);
     for (uint32_t g = 0; g < s->guide_count; g++) most += qw_has_rings(run, g);
-    for (uint32_t i = 0; i < run->necks.count; i++) most += run->necks.is_pocket[i];
+    for (uint32_t i = 0; i < run->necks.count; i++) most += run->necks.kind[i] != QW_LIMB;
     most = sqrt(NEST_SHARE * faces / (4 * QW_PI * most));
     double wanted = fmin(sqrt(qw_times_used(run) * faces / QUADS_OF_RINGS), MOST_RINGS) *
                     fmin(2 * run->options.rings, 1);
@@ -81,15 +81,18 @@ qw_nests qw_nests_of_guides(const qw_run_state *run, double rho)
         qw_vec3 *smooth = QW_NEW(env, qw_vec3, qw_smooth_count(run, g));
         qw_smooth_guide(run, g, point, smooth);
         n->point = smooth, n->point_count = qw_smooth_count(run, g);
-        n->is_drawn = true, n->rings = n->most_rings = fmin(s->guide_rings[g], most);
+        n->ends_inside = true, n->rings = n->most_rings = fmin(s->guide_rings[g], most);
     }
     for (uint32_t i = 0; i < run->necks.count; i++) {
         uint32_t begin = run->necks.begin[i];
         qw_nest *n = &nests.nest[nests.count++];
         n->point = run->necks.point + begin, n->point_count = run->necks.begin[i + 1] - begin;
-        if (!qw_fits_on_neck(n->point, n->point_count, rho)) continue; /* without rings: none of them */
-        n->rings = fmax(run->necks.is_pocket[i] ? fmin(wanted, most) : wanted, 1);
-        n->most_rings = fmax(LEAST_RINGS, n->rings);
+        if (!qw_fits_on_neck(n->point, n->point_count, rho, run->necks.kind[i]))
+            continue; /* without rings: none of them */
+        n->ends_inside = run->necks.kind[i] == QW_DENT;
+        double rings = n->ends_inside ? OF_DENT * wanted : wanted;
+        n->rings = fmax(run->necks.kind[i] == QW_LIMB ? rings : fmin(rings, most), 1);
+        n->most_rings = n->ends_inside ? n->rings : fmax(LEAST_RINGS, n->rings);
     }
     return nests;
 }

@@ -1,9 +1,11 @@
 #include "remesh/sizes/necks.h"
 
 #include "base/elementary.h"
+#include "base/mechanisms.h"
 #include "base/sets.h"
 #include "base/sort.h"
 #include "remesh/sizes/cells.h"
+#include "remesh/sizes/turning.h"
 #include "solve/queue.h"
 
 #include <assert.h>
@@ -22,12 +24,16 @@ enum { LEVELS = 96 };
 static const double MOST_INSIDE = 0.4, BEYOND_SADDLE = 3;
 /* Edges in nests are as short as this share of the mean one at least. */
 static const double SHORTEST = 0.2;
+/* A dent turns by so much at least at strength 1; it has this share of the surface at most, and q of its rim is no
+   larger. The scale of what surrounds it is 2 to the half of SURROUNDINGS times its own, which begins at an edge. */
+static const double LEAST_TURN = 0.3, LARGEST = 0.1, LEAST_ROUND = 1.25;
+enum { SURROUNDINGS = 4 };
 /* Points of a curve, and the rounds in which it is made smooth and short. */
 enum { POINTS = 32, ROUNDS = 12 };
 
 typedef struct neck {
     double ratio;
-    uint8_t is_pocket, is_open;
+    uint8_t kind, is_open;
     qw_vec3 point[POINTS]; /* on a whole ring, or from end to end of the half that a cut leaves */
     uint32_t face[POINTS]; /* that each lies on */
 } neck;
@@ -47,12 +53,15 @@ typedef struct search {
     /* around the tip that is looked at, up to some distance */
     const uint32_t *outgoing; /* uint32_t[vertices] */
     float *distance;          /* float[vertices]; INFINITY: not reached */
+    const float *height;      /* float[vertices]: of dents, below the tip of which distances are; else NULL */
+    const float *turning;     /* float[vertices]: the same before what they enclose was filled up */
     uint32_t *reached, reached_count;
     uint32_t *face, face_count, *stamp,
         walk; /* the faces there; stamp: uint32_t[faces], the walk that was there last */
     qw_queue queue;
-    uint32_t *flood;    /* uint32_t[faces] */
-    uint8_t *is_marked; /* uint8_t[faces]: what a flood looks for */
+    uint32_t *flood;     /* uint32_t[faces] */
+    uint8_t *is_marked;  /* uint8_t[faces]: what a flood looks for */
+    uint8_t *is_covered; /* uint8_t[faces]: what pockets and dents enclose */
 } search;
 
 /* No distance is that large; other components are. */
@@ -88,8 +97,9 @@ static uint32_t *components_of_cells(const search *s, const qw_cells *c)
 }
 
 /* The mean distance of each cell to BASES of its component that lie far from one another: float[cells]. */
-static float *how_far_out(const search *s, const qw_cells *c, const uint32_t *component)
+static float *how_far_out(const search *s, const qw_cells *c)
 {
+    const uint32_t *component = components_of_cells(s, c);
     uint32_t n = c->count, *base = QW_NEW(s->env, uint32_t, s->components);
     float *sum = QW_NEW_ZERO(s->env, float, n), *nearest = QW_NEW(s->env, float, n),
           *distance = QW_NEW(s->env, float, n);
@@ -108,15 +118,16 @@ static float *how_far_out(const search *s, const qw_cells *c, const uint32_t *co
     return sum;
 }
 
-/* Cells that are farther out than all around them, by as much as counts: as a flood falls from the farthest one,
-   islands come up around them, and of two that meet the lower one ends. seed: seed[cells + 1]. */
-static uint32_t find_seeds(const search *s, const qw_cells *c, seed *seeds)
+/* Cells that are farther out than all around them, by more than this: as a flood falls from the farthest one, islands
+   come up around them, and of two that meet the lower one ends. Those of less than the area are none. seed:
+   seed[cells + 1]. */
+static uint32_t find_islands(const search *s, const qw_cells *c, const float *out, float above, double least,
+                             seed *seeds)
 {
     qw_env *env = s->env;
     uint32_t n = c->count, count = 0, *set = QW_NEW(env, uint32_t, n), *top = QW_NEW(env, uint32_t, n),
              *is_up = QW_NEW_ZERO(env, uint32_t, n);
     const uint32_t *component = components_of_cells(s, c);
-    const float *out = how_far_out(s, c, component);
     double *area = QW_NEW_ZERO(env, double, n);
     for (uint32_t f = 0; f < s->mesh->face_count; f++) area[c->of[s->mesh->corner[3 * f]]] += area_of(s->mesh, f);
     uint64_t *order = QW_NEW(env, uint64_t, n);
@@ -132,7 +143,7 @@ static uint32_t find_seeds(const search *s, const qw_cells *c, seed *seeds)
             uint32_t a = qw_set_of(set, v), b = qw_set_of(set, c->neighbour[k]);
             if (a == b) continue;
             uint32_t high = out[top[a]] >= out[top[b]] ? a : b, low = high == a ? b : a, tip = top[high];
-            if ((double)(out[top[low]] - out[v]) > HALF * s->edge)
+            if (out[top[low]] - out[v] > above && area[low] >= least)
                 seeds[count++] = (seed){c->start[top[low]], fmin(BEYOND_SADDLE * area[low], most)};
             area[a] += area[b], area[b] = area[a];
             qw_join_sets(set, a, b);
@@ -141,7 +152,7 @@ static uint32_t find_seeds(const search *s, const qw_cells *c, seed *seeds)
     }
     for (uint32_t i = 0; i < n; i++)
         if (qw_set_of(set, i) == i) seeds[count++] = (seed){c->start[top[i]], MOST_INSIDE * s->area[component[i]]};
-    return count < MOST_SEEDS ? count : MOST_SEEDS;
+    return count;
 }
 
 /* ---- around a tip */
@@ -166,7 +177,10 @@ static float walk_from(search *s, uint32_t from, double most)
         s->reached[s->reached_count++] = v, last = s->distance[v];
         do {
             uint32_t f = h / 3, ends[2] = {m->corner[qw_next(h)], m->corner[qw_prev(h)]};
-            for (int i = 0; i < 2; i++) reach(s, ends[i], last + qw_distance(m->position[v], m->position[ends[i]]));
+            for (int i = 0; i < 2; i++)
+                reach(s, ends[i],
+                      s->height ? fmaxf(last, s->height[from] - s->height[ends[i]])
+                                : last + qw_distance(m->position[v], m->position[ends[i]]));
             if (s->stamp[f] != s->walk) s->stamp[f] = s->walk, s->face[s->face_count++] = f, area += area_of(m, f);
             h = qw_around(m, h);
         } while (h != QW_NONE && h != s->outgoing[v]);
@@ -217,7 +231,7 @@ typedef struct levels {
     bool others;  /* are there, of the other kind */
     int count;    /* of the levels: LEVELS at the most */
     float step;   /* level j is at (j + 1) times this */
-    double length[LEVELS], area[LEVELS];
+    double length[LEVELS], area[LEVELS], turn[LEVELS];
     int64_t euler[LEVELS];
     uint32_t ends[LEVELS]; /* of the line, at a boundary */
 } levels;
@@ -265,7 +279,10 @@ static void measure_face(const search *s, uint32_t f, levels *l)
         if (qw_stands_for_edge(m, h) && whole < (uint32_t)l->count) l->euler[whole]--;
     }
     uint32_t whole = level_above(l, most);
-    if (whole < (uint32_t)l->count) l->area[whole] += area_of(m, f), l->euler[whole]++;
+    if (whole == (uint32_t)l->count) return;
+    l->area[whole] += area_of(m, f), l->euler[whole]++;
+    if (s->turning)
+        l->turn[whole] += area_of(m, f) * (double)(s->turning[c[0]] + s->turning[c[1]] + s->turning[c[2]]) / 3;
 }
 
 /* Sums over all levels; what is counted at one is within those above it. */
@@ -276,7 +293,8 @@ static void measure_levels(const search *s, levels *l)
         uint32_t j = level_above(l, s->distance[s->reached[i]]);
         if (j < (uint32_t)l->count) l->euler[j]++;
     }
-    for (int j = 1; j < l->count; j++) l->area[j] += l->area[j - 1], l->euler[j] += l->euler[j - 1];
+    for (int j = 1; j < l->count; j++)
+        l->area[j] += l->area[j - 1], l->turn[j] += l->turn[j - 1], l->euler[j] += l->euler[j - 1];
 }
 
 /* q where the level encloses a disc, which a cut may halve; else INFINITY. */
@@ -378,6 +396,19 @@ static bool is_pocket(const search *s, float at, const neck *n)
     return s->is_inside_out ? volume > 0 : volume < 0;
 }
 
+/* Whether something that was taken lies within the level; if not, it is taken. */
+static bool cover(const search *s, float at)
+{
+    for (int round = 0; round < 2; round++)
+        for (uint32_t i = 0; i < s->face_count; i++) {
+            const uint32_t *c = s->mesh->corner + 3 * (size_t)s->face[i];
+            if (fminf(fminf(s->distance[c[0]], s->distance[c[1]]), s->distance[c[2]]) > at) continue;
+            if (round == 0 && s->is_covered[s->face[i]]) return false;
+            if (round == 1) s->is_covered[s->face[i]] = 1;
+        }
+    return true;
+}
+
 /* Of the whole ring. */
 static double length_of(const neck *n)
 {
@@ -452,22 +483,25 @@ static bool holds_together(search *s, const neck *n)
    draw it off the corners of a mouth. */
 static void tighten(search *s, neck *n)
 {
-    for (int i = 0; i < (n->is_pocket ? ROUNDS / 3 : ROUNDS); i++) {
+    for (int i = 0; i < (n->kind ? ROUNDS / 3 : ROUNDS); i++) {
         neck before = *n;
-        draw_in(s, n, n->is_pocket || n->is_open ? 1 : POINTS / 4 >> i % 4);
-        if (!n->is_pocket || holds_together(s, n)) continue;
+        draw_in(s, n, n->kind || n->is_open ? 1 : POINTS / 4 >> i % 4);
+        if (!n->kind || holds_together(s, n)) continue;
         *n = before;
         return;
     }
 }
 
-static bool fits(double length, double edge) { return length >= QW_NECK_EDGES * SHORTEST * edge; }
+static bool fits(double length, double edge, int kind)
+{
+    return length >= (kind == QW_DENT ? QW_DENT_EDGES : QW_NECK_EDGES * SHORTEST) * edge;
+}
 
-bool qw_fits_on_neck(const qw_vec3 *point, uint32_t count, double edge)
+bool qw_fits_on_neck(const qw_vec3 *point, uint32_t count, double edge, int kind)
 {
     double length = 0;
     for (uint32_t i = 0; i + 1 < count; i++) length += (double)qw_distance(point[i], point[i + 1]);
-    return fits(qw_distance(point[0], point[count - 1]) == 0 ? length : 2 * length, edge);
+    return fits(qw_distance(point[0], point[count - 1]) == 0 ? length : 2 * length, edge, kind);
 }
 
 /* The middle of the levels around one over which the girth stays about the same: rings on both sides of it are as long,
@@ -487,19 +521,20 @@ static int middle_of_stretch(const search *s, const levels *l, int best)
 static void take_neck(search *s, levels *l, int j)
 {
     neck n = {.ratio = ratio_at(s, l, j), .is_open = l->ends[j] > 0};
-    if (s->count == QW_MOST_NECKS || !fits(l->length[j] * (1 + n.is_open), s->edge) ||
+    if (s->count == QW_MOST_NECKS || !fits(l->length[j] * (1 + n.is_open), s->edge, QW_LIMB) ||
         !trace(s, level_at(l, j), l->length[j], &n))
         return;
-    n.is_pocket = is_pocket(s, level_at(l, j), &n);
-    if (n.is_pocket != l->pockets) l->others = true;
-    if (n.is_pocket != l->pockets || (!n.is_pocket && n.ratio * (1 + n.is_open) > s->most_ratio)) return;
-    if (!n.is_pocket && !n.is_open) {
+    n.kind = is_pocket(s, level_at(l, j), &n) ? QW_POCKET : QW_LIMB;
+    if (n.kind != (int)l->pockets) l->others = true;
+    if (n.kind != (int)l->pockets || (n.kind == QW_LIMB && n.ratio * (1 + n.is_open) > s->most_ratio)) return;
+    if (n.kind == QW_POCKET) (void)cover(s, level_at(l, j));
+    if (n.kind == QW_LIMB && !n.is_open) {
         int middle = middle_of_stretch(s, l, j);
         if (!trace(s, level_at(l, middle), l->length[middle], &n)) return;
     }
     if (!s->tree) s->tree = qw_bvh_build(s->env, s->mesh);
     tighten(s, &n);
-    if (fits(length_of(&n), s->edge)) s->found[s->count++] = n;
+    if (fits(length_of(&n), s->edge, n.kind)) s->found[s->count++] = n;
 }
 
 /* All minima of q along the levels from which it rises on both sides, or stays low up to where so much is inside. */
@@ -536,6 +571,105 @@ static void look_from(search *s, const seed *from)
     forget(s);
 }
 
+/* ---- dents */
+
+/* Fills up what heights enclose: each becomes the least that a way to it from the largest part that lies at 0 or lower
+   climbs to, which is put to 0, so that all that lies higher than some level is without holes. */
+static void fill_up(search *s, const float *height, float *filled)
+{
+    qw_env *env = s->env;
+    const qw_trimesh *m = s->mesh;
+    uint32_t n = m->vertex_count, largest = 0;
+    qw_scope_begin(env);
+    uint32_t *set = QW_NEW(env, uint32_t, n);
+    double *area = QW_NEW_ZERO(env, double, n);
+    float highest = 0;
+    qw_sets_begin(set, n);
+    for (uint32_t h = 0; h < 3 * m->face_count; h++)
+        if (height[m->corner[h]] <= 0 && height[m->corner[qw_next(h)]] <= 0)
+            qw_join_sets(set, m->corner[h], m->corner[qw_next(h)]);
+    for (uint32_t h = 0; h < 3 * m->face_count; h++) area[qw_set_of(set, m->corner[h])] += area_of(m, h / 3);
+    for (uint32_t v = 0; v < n; v++) {
+        highest = fmaxf(highest, height[v]);
+        if (height[v] <= 0 && (height[largest] > 0 || area[qw_set_of(set, v)] > area[qw_set_of(set, largest)]))
+            largest = v;
+    }
+    for (uint32_t v = 0; v < n; v++) filled[v] = INFINITY;
+    for (uint32_t v = 0; v < n; v++)
+        if (qw_set_of(set, v) == qw_set_of(set, largest)) qw_queue_put(&s->queue, v, 0), filled[v] = 0;
+    for (uint32_t v; (v = qw_queue_take(&s->queue)) != QW_NONE;) {
+        uint32_t h = s->outgoing[v];
+        do {
+            uint32_t ends[2] = {m->corner[qw_next(h)], m->corner[qw_prev(h)]};
+            for (int i = 0; i < 2; i++) {
+                float to = fmaxf(filled[v], height[ends[i]]);
+                if (to >= filled[ends[i]]) continue;
+                filled[ends[i]] = to;
+                qw_queue_put(&s->queue, ends[i], (int64_t)((double)(to / highest) * QW_QUEUE_UNIT * QW_QUEUE_UNIT));
+            }
+            h = qw_around(m, h);
+        } while (h != QW_NONE && h != s->outgoing[v]);
+    }
+    for (uint32_t v = 0; v < n; v++)
+        if (filled[v] == INFINITY) filled[v] = 0; /* of another component */
+    s->queue.last = 0;
+    qw_scope_end(env);
+}
+
+/* The level up to which most is turned by, for the length of its line, where that is a dent. */
+static void look_at_island(search *s, const seed *from, double least)
+{
+    levels l = {.count = LEVELS};
+    l.step = walk_from(s, from->vertex, from->area) / (float)l.count;
+    if (!(l.step > 0)) return;
+    measure_levels(s, &l);
+    int best = -1;
+    for (int j = 0; j < l.count; j++)
+        if (ratio_at(s, &l, j) < INFINITY && (best < 0 || l.turn[j] * l.length[best] > l.turn[best] * l.length[j]))
+            best = j;
+    if (best < 0 || best == l.count - 1 || l.turn[best] < least * l.length[best]) return;
+    neck n = {.ratio = 1, .kind = QW_DENT, .is_open = l.ends[best] > 0};
+    double halves = 1 + n.is_open, q = ratio_at(s, &l, best) / halves;
+    if (q > LEAST_ROUND || !fits(halves * l.length[best], s->edge, QW_DENT) || s->count == QW_MOST_NECKS ||
+        !trace(s, level_at(&l, best), l.length[best], &n) || !cover(s, level_at(&l, best)))
+        return;
+    if (!s->tree) s->tree = qw_bvh_build(s->env, s->mesh);
+    tighten(s, &n);
+    s->found[s->count++] = n;
+}
+
+/* Dents that have a twin, or are their own, as there is a cut: the widest scale first, where the lids and the corner of
+   an eye are one. */
+static void find_dents(search *s, double strength)
+{
+    qw_env *env = s->env;
+    const qw_trimesh *m = s->mesh;
+    uint32_t n = m->vertex_count, scales = SURROUNDINGS;
+    const double widest = LARGEST * qw_trimesh_area(m) / (4 * QW_PI), around = QW_DENT_EDGES * s->edge;
+    while (s->edge * s->edge * (double)(1u << (scales - SURROUNDINGS)) < widest) scales++;
+    float *turning = qw_turning(env, m, s->cut, s->edge, scales), *height = QW_NEW(env, float, n),
+          *filled = QW_NEW(env, float, n);
+    qw_cells vertices = qw_cells_of_vertices(env, m);
+    vertices.of = vertices.start = QW_NEW(env, uint32_t, n);
+    for (uint32_t v = 0; v < n; v++) vertices.of[v] = v;
+    seed *seeds = QW_NEW(env, seed, 2 * (size_t)n);
+    s->height = filled, s->turning = height;
+    for (uint32_t i = scales - SURROUNDINGS; i-- > 0;) {
+        const float *here = turning + (size_t)i * n, *surroundings = here + (size_t)SURROUNDINGS * n;
+        for (uint32_t v = 0; v < n; v++) height[v] = (s->is_inside_out ? 1 : -1) * (here[v] - surroundings[v]);
+        fill_up(s, height, filled);
+        qw_scope_begin(env);
+        uint32_t count = find_islands(s, &vertices, filled, 0, around * around / (4 * QW_PI * LEAST_ROUND), seeds);
+        qw_scope_end(env);
+        for (uint32_t k = 0; k < count; k++) {
+            uint32_t c = s->component[s->outgoing[seeds[k].vertex] / 3];
+            seeds[k].area = fmin(seeds[k].area, LARGEST * s->area[c]);
+            look_at_island(s, &seeds[k], LEAST_TURN / strength);
+            forget(s);
+        }
+    }
+}
+
 /* ---- which of them */
 
 /* The clearest first, without those that lie beside one that was taken: nearer along the surface than an edge of
@@ -560,7 +694,7 @@ static qw_necks choose(search *s)
         uint32_t to = necks.begin[necks.count];
         memcpy(necks.point + to, n->point, sizeof n->point);
         if (!n->is_open) necks.point[to + POINTS] = n->point[0];
-        necks.is_pocket[necks.count++] = n->is_pocket, necks.begin[necks.count] = to + POINTS + !n->is_open;
+        necks.kind[necks.count++] = n->kind, necks.begin[necks.count] = to + POINTS + !n->is_open;
     }
     qw_free(env, order);
     return necks;
@@ -577,16 +711,20 @@ qw_necks qw_find_necks(qw_env *env, const qw_trimesh *m, double edge, const doub
     measure_components(&s);
     qw_cells cells = find_cells(&s);
     seed *seeds = QW_NEW(env, seed, 2 * (size_t)cells.count);
-    uint32_t count = find_seeds(&s, &cells, seeds);
+    uint32_t count = find_islands(&s, &cells, how_far_out(&s, &cells), (float)(HALF * edge), 0, seeds);
+    if (count > MOST_SEEDS) count = MOST_SEEDS;
     s.outgoing = qw_trimesh_outgoing(env, m), s.queue = qw_queue_create(env, n);
     s.distance = QW_NEW(env, float, n), s.reached = QW_NEW(env, uint32_t, n);
     s.face = QW_NEW(env, uint32_t, m->face_count), s.stamp = QW_NEW_ZERO(env, uint32_t, m->face_count);
     s.flood = QW_NEW(env, uint32_t, m->face_count), s.is_marked = QW_NEW_ZERO(env, uint8_t, m->face_count);
+    s.is_covered = QW_NEW_ZERO(env, uint8_t, m->face_count);
     for (uint32_t v = 0; v < n; v++) s.distance[v] = INFINITY;
     for (uint32_t i = 0; i < count; i++) look_from(&s, &seeds[i]);
+    size_t before = s.count;
+    if (cuts == 1 && qw_uses(env, QW_MECH_DENTS)) find_dents(&s, strength), qw_did(env, QW_MECH_DENTS, s.count - before);
     if (s.count > 0) {
         necks = choose(&s);
-        qw_keep(env, necks.begin), qw_keep(env, necks.point), qw_keep(env, necks.is_pocket);
+        qw_keep(env, necks.begin), qw_keep(env, necks.point), qw_keep(env, necks.kind);
     }
     qw_log(env, QW_LOG_DEBUG, "necks: %u seeds, %u curves, %u taken", count, (unsigned)s.count, necks.count);
     qw_scope_end(env);

@@ -9,9 +9,9 @@
 #include <math.h>
 #include <string.h>
 
-/* A band is as wide as so many radii of the circle of its curve's length: beside what a person drew one, so that the
-   rings asked for are near, beside what was found more, as a limb goes on. */
-static const double WIDEST_DRAWN = 1 / (2 * QW_PI), WIDEST_FOUND = 3 / (2 * QW_PI);
+/* A band is as wide as so many radii of the circle of its curve's length: beside what a person drew, and dents, one, so
+   that the rings asked for are near, beside necks more, as a limb goes on. */
+static const double WIDEST_FLAT = 1 / (2 * QW_PI), WIDEST_NECK = 3 / (2 * QW_PI);
 /* Where a band of the wanted width is no annulus, narrower ones are tried, each by this share. */
 enum { TRIES = 10 };
 /* Near the far rim of a band, above this value, the harmonic function follows its jags. The band is found wider than
@@ -314,7 +314,7 @@ void qw_fit_nests(qw_env *env, const qw_trimesh *surface, const qw_nests *nests,
     qw_scope_begin(env);
     for (uint32_t i = 0; i < nests->count; i++) {
         qw_nest *n = &nests->nest[i];
-        double widest = n->most_rings > 0 ? n->is_drawn ? WIDEST_DRAWN : WIDEST_FOUND : 0;
+        double widest = n->most_rings > 0 ? n->ends_inside ? WIDEST_FLAT : WIDEST_NECK : 0;
         n->reach[QW_LEFT] = n->reach[QW_RIGHT] = (float)(widest * ring_length(n));
     }
     nesting g = begin(env, surface, nests);
@@ -523,7 +523,7 @@ int64_t qw_direct_nests(qw_env *env, const qw_trimesh *mesh, const qw_nests *nes
             count += write_directions(&p, side == QW_LEFT ? 1 : -1, n->reach[side] + BEYOND * n->edge, constraint,
                                       direction);
             qw_scope_end(env);
-            if (n->is_drawn && grow_inside(&g, i, side)) direct_middle(&g, n, n->reach[side], constraint, direction);
+            if (n->ends_inside && grow_inside(&g, i, side)) direct_middle(&g, n, n->reach[side], constraint, direction);
         }
     }
     qw_scope_end(env);
