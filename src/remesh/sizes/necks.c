@@ -721,7 +721,8 @@ qw_necks qw_find_necks(qw_env *env, const qw_trimesh *m, double edge, const doub
     for (uint32_t v = 0; v < n; v++) s.distance[v] = INFINITY;
     for (uint32_t i = 0; i < count; i++) look_from(&s, &seeds[i]);
     size_t before = s.count;
-    if (cuts == 1 && qw_uses(env, QW_MECH_DENTS)) find_dents(&s, strength), qw_did(env, QW_MECH_DENTS, s.count - before);
+    if (cuts == 1 && qw_uses(env, QW_MECH_DENTS))
+        find_dents(&s, strength), qw_did(env, QW_MECH_DENTS, s.count - before);
     if (s.count > 0) {
         necks = choose(&s);
         qw_keep(env, necks.begin), qw_keep(env, necks.point), qw_keep(env, necks.kind);
