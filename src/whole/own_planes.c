@@ -10,8 +10,9 @@
 #include <math.h>
 #include <string.h>
 
-/* Components of less than this share of the area are not asked: it bounds how many are. */
-static const double LEAST_PART = 1.0 / 16;
+/* Components of less than this share of the area are not asked: it bounds how many are. Nor are flat ones, of which the
+   sum of the normals has this share of the area: their boundary alone says where a plane lies, and not exactly. */
+static const double LEAST_PART = 1.0 / 16, FLAT = 0.999;
 
 /* A component by itself, in the frame of the whole. */
 static qw_trimesh take_component(const qw_run_state *run, uint32_t component)
@@ -46,6 +47,13 @@ static double diagonal_of(const qw_trimesh *m)
     return (double)qw_distance(lo, hi);
 }
 
+static bool is_flat(const qw_cut_surface *part)
+{
+    qw_vec3 sum = {0, 0, 0};
+    for (uint32_t f = 0; f < part->mesh->face_count; f++) sum = qw_add(sum, qw_face_cross(part->mesh, f));
+    return (double)qw_length(sum) / 2 > FLAT * part->area;
+}
+
 /* Whether both sides of the plane have one topology. */
 static bool has_like_sides(const qw_run_state *run, const qw_cut_surface *part, const qw_mirror_plane *plane)
 {
@@ -66,9 +74,10 @@ static bool find_own(const qw_run_state *run, uint32_t component, double edge, q
     qw_trimesh mesh = take_component(run, component);
     qw_census census = qw_trimesh_census(run->env, &mesh);
     qw_cut_surface part = {&mesh, &census, qw_trimesh_area(&mesh)};
-    uint32_t count = qw_find_mirror_planes(run->env, &mesh, frame, QW_NO_AXIS, QW_NEARLY_ALIKE, found);
+    uint32_t count = is_flat(&part) ? 0
+                                    : qw_find_mirror_planes(run->env, &mesh, frame, QW_NO_AXIS, QW_NEARLY_ALIKE, found);
     double diagonal = diagonal_of(&mesh);
-    bool is_turned = qw_is_turned(run->env, &mesh, frame, found, count);
+    bool is_turned = count > 0 && qw_is_turned(run->env, &mesh, frame, found, count);
     for (uint32_t i = 0; i < count && !is_found; i++) {
         *own = found[i], own->far *= diagonal;
         is_found = own->most <= QW_NEARLY_ALIKE && (run->plan.plane == 0 || qw_is_alike(own->far, edge)) &&
