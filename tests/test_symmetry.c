@@ -598,6 +598,41 @@ static void components_have_planes_of_their_own(void **state)
     qw_result_destroy(result), shape_free(&all);
 }
 
+static double area_beyond(const qw_mesh_view *m, double y)
+{
+    double sum = 0;
+    for (uint32_t f = 0; f < m->face_count; f++)
+        for (uint32_t k = 2; k < m->uniform_face_size; k++) {
+            const uint32_t *c = m->corners + (size_t)m->uniform_face_size * f;
+            const double *a = m->positions + 3 * (size_t)c[0], *b = m->positions + 3 * (size_t)c[k - 1],
+                         *d = m->positions + 3 * (size_t)c[k];
+            double u[3], v[3], n[3];
+            for (int i = 0; i < 3; i++) u[i] = b[i] - a[i], v[i] = d[i] - a[i];
+            for (int i = 0; i < 3; i++) n[i] = u[(i + 1) % 3] * v[(i + 2) % 3] - u[(i + 2) % 3] * v[(i + 1) % 3];
+            if (a[1] > y) sum += sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) / 2;
+        }
+    return sum;
+}
+
+/* A bent sheet that has no plane, one leg of which lies in the body's: it stays whole, with its boundary. */
+static void others_in_a_plane_stay(void **state)
+{
+    (void)state;
+    double position[18] = {0, 3, 0, 0, 5, 0, 0, 5, 1.3, 0, 3, 2, 1, 5.4, 0.2, 1, 5.4, 1.3};
+    uint32_t corner[12] = {0, 1, 2, 0, 2, 3, 1, 4, 5, 1, 5, 2};
+    const shape sheet = {.vertex_count = 6, .face_count = 4, .position = position, .corner = corner};
+    shape all = join(body(0), &sheet);
+    qw_options o = asking(1500, QW_SYMMETRY_AUTO);
+    qw_result *result = run_of(&all, &o);
+    const qw_mesh_view quads = qw_result_mesh(result), surface = shape_view(&all);
+    expect_promise(result, 1500);
+    assert_int_equal(qw_result_report(result)->symmetric, 2);
+    double was = area_beyond(&surface, 2.5), is = area_beyond(&quads, 2.5);
+    print_message("area of the sheet: %g, was %g\n", is, was);
+    assert_true(fabs(is - was) < 0.01 * was);
+    qw_result_destroy(result), shape_free(&all);
+}
+
 /* Two balls of which one is inside out, which is to stay so, are no mirror images. */
 static void orientation_counts(void **state)
 {
@@ -1196,6 +1231,7 @@ QW_TEST_SUITE(symmetry)
         cmocka_unit_test(thin_ribs_are_not_cut_along),
         cmocka_unit_test(an_eighth_is_remeshed),
         cmocka_unit_test(components_have_planes_of_their_own),
+        cmocka_unit_test(others_in_a_plane_stay),
         cmocka_unit_test(orientation_counts),
         cmocka_unit_test(fields_hold_on_both_sides),
         cmocka_unit_test(boundaries_that_stay),

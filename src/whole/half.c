@@ -141,8 +141,7 @@ static void choose_side(cut *c, bool other)
     for (uint32_t v = 0; v < c->mesh->vertex_count; v++) {
         if (reverses[of ? of[v] : 0]) c->height[v] = -c->height[v];
         if (!c->kind || c->kind[v] == QW_IS_CUT) continue;
-        double up = is_single(c, v) ? fabs(c->height[v]) : 1; /* what is not cut may lie on the plane */
-        c->height[v] = (c->kind[v] == QW_LEFT_OUT) == other ? up : -up;
+        c->height[v] = (c->kind[v] == QW_LEFT_OUT) == other ? 1 : -1; /* what is not cut may lie on the plane */
     }
 }
 
@@ -400,19 +399,24 @@ qw_mirrored qw_mirror_quads(qw_env *env, const qw_quadmesh *half, const double *
     return m;
 }
 
-void qw_reflect_again(qw_env *env, const qw_mirrored *m, uint32_t reflected, const qw_mirror_plane *plane, bool follows)
+void qw_reflect_again(qw_env *env, const qw_mirrored *m, uint32_t reflected, const qw_mirror_planes *planes,
+                      bool follows)
 {
     const qw_quadmesh *q = &m->quads;
-    uint8_t *on = QW_NEW_ZERO(env, uint8_t, q->vertex_count);
-    qw_mirror_plane exact = *plane;
+    uint8_t *on = QW_NEW_ZERO(env, uint8_t, q->vertex_count), *others = QW_NEW_ZERO(env, uint8_t, q->vertex_count);
     for (uint32_t h = 4 * reflected; h < 4 * q->face_count; h++) {
         uint32_t from = 4 * m->source[h / 4] + ((4 - (h & 3u)) & 3u), v = q->corner[h];
-        if (v == q->corner[from] && !on[v]) qw_put_on_plane(plane, m->position + 3 * (size_t)v), on[v] = 1;
+        if (v == q->corner[from] && !on[v])
+            qw_put_on_plane(qw_plane_of(planes, v), m->position + 3 * (size_t)v), on[v] = 1;
     }
-    make_exact(m->position, on, NULL, q->vertex_count, &exact);
-    for (uint32_t h = 4 * reflected; h < 4 * q->face_count && !follows; h++) {
-        uint32_t from = 4 * m->source[h / 4] + ((4 - (h & 3u)) & 3u), v = q->corner[h], u = q->corner[from];
-        if (v != u) qw_reflect(&exact, m->position + 3 * (size_t)u, m->position + 3 * (size_t)v);
+    for (uint32_t p = 0; p < planes->count; p++) {
+        qw_mirror_plane exact = planes->plane[p];
+        for (uint32_t v = 0; v < q->vertex_count; v++) others[v] = planes->of && planes->of[v] != p;
+        make_exact(m->position, on, others, q->vertex_count, &exact);
+        for (uint32_t h = 4 * reflected; h < 4 * q->face_count && !follows; h++) {
+            uint32_t from = 4 * m->source[h / 4] + ((4 - (h & 3u)) & 3u), v = q->corner[h], u = q->corner[from];
+            if (v != u && !others[v]) qw_reflect(&exact, m->position + 3 * (size_t)u, m->position + 3 * (size_t)v);
+        }
     }
-    qw_free(env, on);
+    qw_free(env, on), qw_free(env, others);
 }

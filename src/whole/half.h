@@ -57,5 +57,5 @@ qw_mirrored qw_mirror_quads(qw_env *env, const qw_quadmesh *half, const double *
 
 /* After the half's vertices were moved: puts those of the seam on the plane again and, unless the other side follows
    its own surface, the others' reflections where they belong. reflected: the first quad that is a reflection. */
-void qw_reflect_again(qw_env *env, const qw_mirrored *mirrored, uint32_t reflected, const qw_mirror_plane *plane,
+void qw_reflect_again(qw_env *env, const qw_mirrored *mirrored, uint32_t reflected, const qw_mirror_planes *planes,
                       bool follows);

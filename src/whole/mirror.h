@@ -39,6 +39,9 @@ const qw_mirror_plane *qw_plane_number(const qw_run_state *run, uint32_t p);
    the core. */
 uint8_t *qw_planes_of_quads(const qw_run_state *run, const qw_quadmesh *quads);
 
+/* The planes of vertices of the components of the whole that are given, uint32_t[count]. In the current scope. */
+qw_mirror_planes qw_planes_of_whole(const qw_run_state *run, const uint32_t *component, uint32_t count);
+
 /* How many images of the core the whole is made of: 1 without symmetry. */
 uint32_t qw_image_count(const qw_run_state *run);
 

@@ -23,6 +23,8 @@ static qw_rim rim_of(const qw_run_state *run)
     const qw_trimesh *m = &run->clean.mesh;
     uint8_t *in = QW_NEW(run->env, uint8_t, m->vertex_count);
     for (uint32_t v = 0; v < m->vertex_count; v++) in[v] = qw_cuts_at(run, m->position[v]);
+    for (uint32_t h = 0; run->mirror.planes && h < 3 * m->face_count; h++) /* of its component's planes */
+        in[m->corner[h]] &= run->mirror.planes[run->clean_census.component[h / 3]];
     qw_rim rim = qw_rim_of(run->env, m, in);
     qw_free(run->env, in);
     return rim;
@@ -294,10 +296,17 @@ static uint8_t *carry_planes(qw_env *env, const qw_mirrored *m, const qw_quadmes
     return all;
 }
 
+/* The quads of the core that the quads are or are reflections of, where each is reflected once. */
+static uint32_t *through(const uint32_t *before, const qw_mirrored *m)
+{
+    for (uint32_t f = 0; before && f < m->quads.face_count; f++) m->source[f] = before[m->source[f]];
+    return m->source;
+}
+
 /* The quads of the core, those of all of the first plane's side: sewn to their reflections about the other planes.
  *sewn, *planes (as of qw_planes_of_quads) and *position become theirs. */
 static qw_quadmesh unfold(const qw_run_state *run, const qw_quadmesh *core, const uint8_t **sewn,
-                          const uint8_t **planes, const double **position, const double *own)
+                          const uint8_t **planes, const double **position, const double *own, uint32_t **source)
 {
     qw_env *env = run->env;
     qw_quadmesh side = *core;
@@ -314,6 +323,7 @@ static qw_quadmesh unfold(const qw_run_state *run, const qw_quadmesh *core, cons
             next[h] = m.quads.twin[h] == QW_NONE ? (*sewn)[4 * m.source[h / 4] + from] : 0;
         }
         qw_free(env, edge);
+        if (run->mirror.own) *source = through(*source, &m);
         side = m.quads, *sewn = next, *position = m.position;
     }
     return side;
@@ -324,7 +334,8 @@ void qw_reflect_core(qw_run_state *run, const qw_quadmesh *core, const uint8_t *
 {
     qw_env *env = run->env;
     const uint8_t *planes = qw_planes_of_quads(run, core);
-    qw_quadmesh side = unfold(run, core, &sewn, &planes, &position, own), *quads = &side;
+    uint32_t *source = NULL;
+    qw_quadmesh side = unfold(run, core, &sewn, &planes, &position, own, &source), *quads = &side;
     const uint8_t *single = single_at(env, planes, quads->vertex_count, 0);
     qw_mirrored m = qw_mirror_quads(env, quads, position, &run->mirror.plane,
                                     sewn_along(env, sewn, quads->face_count, 0), single, own);
@@ -333,5 +344,17 @@ void qw_reflect_core(qw_run_state *run, const qw_quadmesh *core, const uint8_t *
     place_in_frame(run, &m.quads, m.position);
     run->sides_meet = run->sides_meet && is_whole(run, &m.quads, m.position);
     carry_marks(env, &m, quads);
+    if (run->mirror.own) run->reflected = core->face_count, through(source, &m);
     run->finished = m.quads, run->output = m.position, run->source = m.source;
+}
+
+qw_mirror_planes qw_planes_of_whole(const qw_run_state *run, const uint32_t *component, uint32_t count)
+{
+    qw_mirror_plane *plane = QW_NEW(run->env, qw_mirror_plane, QW_MOST_CUTS);
+    uint32_t planes = run->mirror.own ? 1 + run->mirror.across_count : 1;
+    for (uint32_t p = 0; p < planes; p++) plane[p] = *qw_plane_number(run, p);
+    uint8_t *of = run->mirror.own ? QW_NEW_ZERO(run->env, uint8_t, count) : NULL;
+    for (uint32_t v = 0; of && v < count; v++)
+        of[v] = run->mirror.own[component[v]] ? (uint8_t)(run->mirror.own[component[v]] - 1) : 0;
+    return (qw_mirror_planes){planes, plane, of};
 }

@@ -194,10 +194,12 @@ static float *mean_edges(qw_env *env, const fitting *t)
     return edge;
 }
 
-/* The plane in which both points lie; NULL: none. */
-static const double *cut_at(const qw_fit *fit, qw_vec3 a, qw_vec3 b)
+/* The plane in which both ends lie, of those of their component; NULL: none. */
+static const double *cut_at(const qw_fit *fit, const qw_quadmesh *q, uint32_t from, uint32_t to)
 {
+    qw_vec3 a = q->position[from], b = q->position[to];
     for (uint32_t i = 0; i < fit->cuts; i++) {
+        if (fit->planes && !(fit->planes[from] >> i & 1)) continue;
         const double *n = fit->cut + 4 * (size_t)i;
         double up = n[0] * (double)a.x + n[1] * (double)a.y + n[2] * (double)a.z - n[3],
                other = n[0] * (double)b.x + n[1] * (double)b.y + n[2] * (double)b.z - n[3];
@@ -218,7 +220,7 @@ static qw_vec3 *directions(qw_env *env, const qw_quadmesh *q, const qw_vec3 *fac
     for (uint32_t h = 0; h < 4 * q->face_count; h++) {
         uint32_t a = q->corner[h], b = q->corner[qw_quad_next(h)];
         bool is_open = q->twin[h] == QW_NONE, is_marked = q->mark && q->mark[h];
-        const double *cut = is_open && !is_marked ? cut_at(fit, q->position[a], q->position[b]) : NULL;
+        const double *cut = is_open && !is_marked ? cut_at(fit, q, a, b) : NULL;
         if (cut) cuts[a]++, cuts[b]++, plane[a] = plane[b] = cut;
         else if (is_open || is_marked) direction[a] = direction[b] = none;
     }

@@ -11,6 +11,7 @@ typedef struct qw_fit {
     /* double[cuts][4]: unit normals and offsets of planes, within which boundary vertices on them move; NULL */
     const double *cut;
     uint32_t cuts;
+    const uint8_t *planes; /* uint8_t[quads' vertices]: bit i: those of the vertex' component; NULL: all are */
 } qw_fit;
 
 /* Moves quads->position to the least squares of the distances from the surface, integrated over the quads, each cut

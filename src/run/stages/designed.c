@@ -76,11 +76,12 @@ static bool find(exacting *x, uint32_t quads)
 }
 
 /* Reflections are exact. */
-static void reflect(qw_run_state *run)
+static void reflect(qw_run_state *run, const uint32_t *component)
 {
     qw_quadmesh *q = &run->finished;
     const qw_mirrored m = {*q, run->output, run->source};
-    qw_reflect_again(run->env, &m, run->reflected, &run->mirror.plane, qw_sides_differ(run));
+    const qw_mirror_planes planes = qw_planes_of_whole(run, component, q->vertex_count);
+    qw_reflect_again(run->env, &m, run->reflected, &planes, qw_sides_differ(run));
     for (uint32_t v = 0; v < q->vertex_count; v++) {
         double p[3];
         to_frame(&run->whole.clean.frame, run->output + 3 * (size_t)v, p);
@@ -121,7 +122,7 @@ static uint32_t move(exacting *x)
     /* Strips to rims that stay are no reflections. On round shapes between sharp edges vertices stay as they were put,
        exactly and evenly, unless the plane was asked for. */
     bool stays = qw_finds_plane(run->options.symmetry) && has_rounds(&x->found) && qw_is_sharp(run);
-    if (run->mirror.is_used && !run->rim && !stays) reflect(run);
+    if (run->mirror.is_used && !run->rim && !stays) reflect(run, moved.component);
     return count;
 }
 

@@ -6,6 +6,7 @@
 #include "base/constants.h"
 #include "base/promise.h"
 #include "whole/cut.h"
+#include "whole/mirror.h"
 #include "whole/wrapped.h"
 #include "run/stages/split_levels.h"
 #include "run/stages/coverage.h"
@@ -33,6 +34,7 @@ static void fit_to_surface(finishing *f)
     if (run->options.fit_to == QW_FIT_TO_LIMIT) return; /* from where they are now: run/stages/split_levels.h */
     double *cut = qw_cuts_in_frame(run);
     qw_fit fit = {.tree = run->tree, .strength = (float)run->options.fit, .cut = cut, .cuts = run->input.cuts};
+    if (run->mirror.own) fit.planes = qw_planes_of_quads(run, &f->quads);
     qw_trimesh seen;
     fit.target = (qw_fit_target){.surface = run->tree,
                                  .tree = qw_seen_of_input(f->run, &seen),

@@ -91,7 +91,9 @@ static double *write_positions(leveling *l)
         if (l->stays[v]) memcpy(output + 3 * (size_t)v, run->output + 3 * (size_t)v, 3 * sizeof *output);
     if (run->mirror.is_used) {
         const qw_mirrored m = {l->quads, output, l->source};
-        qw_reflect_again(run->env, &m, l->reflected, &run->mirror.plane, qw_sides_differ(run));
+        if (run->mirror.own) find_components(l);
+        const qw_mirror_planes planes = qw_planes_of_whole(run, l->quads.component, l->quads.vertex_count);
+        qw_reflect_again(run->env, &m, l->reflected, &planes, qw_sides_differ(run));
         for (uint32_t v = 0; v < l->quads.vertex_count; v++) {
             double p[3];
             for (int k = 0; k < 3; k++) p[k] = (output[3 * (size_t)v + (size_t)k] - frame->center[k]) * frame->scale;
