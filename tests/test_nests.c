@@ -98,7 +98,7 @@ static void necks_are_found(void **state)
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         qw_env *env = qw_env_create(NULL, 2);
         qw_trimesh m = ball_with_rods(env, rows[i].rods, rows[i].height);
-        qw_necks necks = qw_find_necks(env, &m, (double)rows[i].size, NULL, 0, rows[i].strength);
+        qw_necks necks = qw_find_necks(env, &m, (double)rows[i].size, NULL, 0, false, rows[i].strength);
         if (necks.count != rows[i].necks) fail_msg("row %zu: %u necks", i, necks.count);
         for (uint32_t k = 0; k < necks.count; k++) {
             qw_vec3 middle = qw_v3(0, 0, 0);

@@ -93,7 +93,7 @@ static void unwrap(void *user)
                                          .tiles = (uint32_t)o->tiles,
                                          .scale = ldexp(o->texel_density / (double)o->texture, -exponent)}};
     if (o->unwrap_grid == 0) options.weight = qw_seam_weights(c->env, &mesh);
-    const qw_mirror_plane *plane = &c->run.mirror.plane;
+    const qw_mirror_plane *plane = &c->run.mirror.plane[0];
     if (c->run.mirror.is_used && !c->run.mirror.own && o->unwrap_grid == 0)
         options.mirror = qw_mirrored_corners(c->env, &mesh, plane->normal, ldexp(plane->offset, exponent));
     const qw_block_options blocks = {

@@ -72,7 +72,7 @@ static void add_surface(const qw_run_state *run, bool reflected, qw_mesh_view *t
     for (uint32_t v = 0; v < m->vertex_count; v++) {
         double *p = position + 3 * ((size_t)to->vertex_count + v);
         qw_place_in_input(&run->whole.clean, m->position[v], p);
-        if (reflected) qw_reflect(&run->mirror.plane, (const double[3]){p[0], p[1], p[2]}, p);
+        if (reflected) qw_reflect(&run->mirror.plane[0], (const double[3]){p[0], p[1], p[2]}, p);
     }
     for (uint32_t h = 0; h < 3 * m->face_count; h++) {
         uint32_t from = reflected ? 3 * (h / 3) + 2 - h % 3 : h;

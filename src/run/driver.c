@@ -164,9 +164,9 @@ static bool needs_other_surface(const qw_context_state *c, const qw_options *opt
    own reflection, depends on the count. */
 static bool needs_other_core(const qw_context_state *c, const qw_options *options)
 {
-    bool is_sharp = c->done <= QW_STAGE_SURFACE || c->report.feature_edges > 0,
-         has_handles = c->report.euler<0, has_others = c->report.components> 1;
-    return c->done > QW_STAGE_CORE && c->report.symmetry_far > 0 && (is_sharp || has_handles || has_others) &&
+    bool is_sharp = c->done <= QW_STAGE_SURFACE || c->report.feature_edges > 0;
+    bool has_handles = c->report.euler < 0, is_one = c->report.components == 1;
+    return c->done > QW_STAGE_CORE && c->report.symmetry_far > 0 && (is_sharp || has_handles || !is_one) &&
            qw_finds_plane(options->symmetry) && qw_faces_wanted(&c->run, options) != qw_faces_wanted(&c->run, &c->used);
 }
 

@@ -121,7 +121,7 @@ static void judge_sides(const qw_run_state *run, qw_verdict *v)
     v->sides_apart = !run->sides_meet, v->rims_flipped = run->rims_flipped;
     v->sides_unlike = run->sides_unlike;
     v->has_rings = run->options.rings > 0 && run->necks.count > 0;
-    v->has_across = run->mirror.across_count > 0 && !run->mirror.own;
+    v->has_across = run->mirror.planes > 1 && !run->mirror.own;
     v->count_off = run->mirror.is_used && run->faces_wanted >= run->core.needed &&
                    !qw_is_near_count(wanted, qw_unsplit_faces(run), 1);
 }

@@ -18,6 +18,17 @@ uint8_t qw_cuts_at(const qw_run_state *run, qw_vec3 p)
     return (uint8_t)planes;
 }
 
+uint8_t *qw_find_cuts(const qw_run_state *run, const qw_trimesh *mesh)
+{
+    uint8_t *cuts = QW_NEW(run->env, uint8_t, mesh->vertex_count);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) cuts[v] = qw_cuts_at(run, mesh->position[v]);
+    if (!run->mirror.about) return cuts;
+    uint32_t *component = qw_clean_components_of_faces(run, mesh);
+    for (uint32_t h = 0; h < 3 * mesh->face_count; h++) cuts[mesh->corner[h]] &= run->mirror.about[component[h / 3]];
+    qw_free(run->env, component);
+    return cuts;
+}
+
 double *qw_cuts_in_frame(const qw_run_state *run)
 {
     const qw_frame *frame = &run->clean.frame;

@@ -294,7 +294,8 @@ static void engrave_taken(taking *t)
 static void find_necks(qw_run_state *run, double rho, qw_necks *necks, qw_openings *openings)
 {
     double most = qw_trimesh_area(&run->surface) / (QUADS_OF_NECK * rho * rho);
-    *necks = qw_find_necks(run->env, &run->surface, rho, qw_cuts_in_frame(run), run->input.cuts, run->options.rings);
+    *necks = qw_find_necks(run->env, &run->surface, rho, qw_cuts_in_frame(run), run->input.cuts,
+                           run->mirror.is_used && !run->mirror.own, run->options.rings);
     bool has_room = necks->count <= most;
     if (!has_room) necks->count = 0;
     if (!has_room || !run->mirror.is_used || qw_keeps_rims(run) || !qw_uses(run->env, QW_MECH_OPENINGS)) return;
@@ -309,8 +310,7 @@ void qw_engrave_necks(qw_run_state *run, double rho)
     qw_env *env = run->env;
     run->necks = (qw_necks){0};
     bool finds_necks = run->options.rings > 0 && !run->plan.ringless && qw_uses(env, QW_MECH_NECKS) &&
-                       (run->mirror.across_count == 0 ||
-                        run->mirror.own) && /* rows of a quarter come home at its planes */
+                       (run->mirror.planes <= 1 || run->mirror.own) && /* rows of a quarter come home at its planes */
                        run->surface_census.components <= MOST_COMPONENTS;
     if (finds_necks || (qw_follows_motion(run) && run->whole.steering->joint_count > 0)) {
         qw_scope_begin(env);

@@ -211,6 +211,7 @@ typedef struct side {
     qw_half half;
     uint8_t *kind; /* uint8_t[components of the clean surface]: as of find_kinds, or NULL */
     uint8_t *vertex_kind;
+    qw_mirror_planes planes;
 } side;
 
 /* uint8_t[vertices]: the value of each vertex' component; NULL where there are none. */
@@ -236,16 +237,13 @@ static side cut_surface(const qw_run_state *run, const qw_mirror *m, bool other)
     double *position = QW_NEW(env, double, 3 * (size_t)surface.vertex_count);
     for (uint32_t v = 0; v < surface.vertex_count; v++)
         qw_place_in_input(&run->whole.clean, surface.position[v], position + 3 * (size_t)v);
-    qw_mirror_plane plane[QW_MOST_CUTS] = {m->plane};
-    qw_mirror_planes planes = {1 + m->across_count, plane, NULL};
-    memcpy(plane + 1, m->across, m->across_count * sizeof *plane);
-    s.kind = m->own ? QW_NEW(env, uint8_t, (size_t)run->whole.census.components) : find_kinds(run, plane, position);
+    s.kind = m->own ? QW_NEW(env, uint8_t, (size_t)run->whole.census.components) : find_kinds(run, m->plane, position);
     for (int64_t c = 0; m->own && c < run->whole.census.components; c++) s.kind[c] = m->own[c] ? QW_IS_CUT : QW_SINGLE;
     s.vertex_kind = by_vertex(run, s.kind);
     uint8_t *own = by_vertex(run, m->own);
     for (uint32_t v = 0; own && v < surface.vertex_count; v++) own[v] -= own[v] > 0;
-    planes.of = own;
-    s.half = qw_cut_half(env, &surface, position, &planes, s.vertex_kind, other);
+    s.planes = (qw_mirror_planes){m->planes, m->plane, own};
+    s.half = qw_cut_half(env, &surface, position, &s.planes, s.vertex_kind, other);
     qw_free(env, position);
     if (surface.mark != run->whole.clean.mesh.mark) qw_free(env, surface.mark);
     return s;
@@ -266,17 +264,16 @@ static qw_density *density_of(const qw_run_state *run, const qw_half *half)
 }
 
 /* One side of the plane as an input of its own, with the cuts of what it was cut from. */
-static qw_clean_input input_of(const qw_run_state *run, const qw_half *half, const qw_mirror_plane *first,
-                               const qw_mirror_plane *others, uint32_t other_count)
+static qw_clean_input input_of(const qw_run_state *run, const qw_half *half, const qw_mirror_plane *plane,
+                               uint32_t planes)
 {
     uint32_t *begin = QW_NEW(run->env, uint32_t, (size_t)half->face_count + 1), cuts = run->input.cuts;
-    double *cut = QW_NEW(run->env, double, 4 * ((size_t)cuts + 1 + other_count));
+    double *cut = QW_NEW(run->env, double, 4 * ((size_t)cuts + planes));
     for (uint32_t f = 0; f <= half->face_count; f++) begin[f] = 3 * f;
     if (cuts > 0) memcpy(cut, run->input.cut, 4 * (size_t)cuts * sizeof *cut);
-    for (uint32_t p = 0; p <= other_count; p++) {
-        const qw_mirror_plane *plane = p == 0 ? first : &others[p - 1];
-        memcpy(cut + 4 * ((size_t)cuts + p), plane->normal, 3 * sizeof *cut);
-        cut[4 * ((size_t)cuts + p) + 3] = plane->offset;
+    for (uint32_t p = 0; p < planes; p++) {
+        memcpy(cut + 4 * ((size_t)cuts + p), plane[p].normal, 3 * sizeof *cut);
+        cut[4 * ((size_t)cuts + p) + 3] = plane[p].offset;
     }
     return (qw_clean_input){.vertex_count = half->vertex_count,
                             .face_count = half->face_count,
@@ -287,7 +284,7 @@ static qw_clean_input input_of(const qw_run_state *run, const qw_half *half, con
                             .mark = half->mark,
                             .density = density_of(run, half),
                             .cut = cut,
-                            .cuts = cuts + 1 + other_count};
+                            .cuts = cuts + planes};
 }
 
 /* ---- guides */
@@ -423,8 +420,8 @@ static double area_of_single(const qw_run_state *run)
 {
     const qw_trimesh *m = &run->clean.mesh;
     double area = 0;
-    for (uint32_t f = 0; run->mirror.planes && f < m->face_count; f++)
-        if (run->mirror.planes[run->clean_census.component[f]] == 0)
+    for (uint32_t f = 0; run->mirror.about && f < m->face_count; f++)
+        if (run->mirror.about[run->clean_census.component[f]] == 0)
             area += 0.5 * (double)qw_length(qw_face_cross(m, f));
     return area;
 }
@@ -443,11 +440,10 @@ static uint8_t *planes_of_core(const qw_run_state *run, const side *s)
 }
 
 /* The half becomes the core, which is cleaned like an input of its own. */
-static void take_half(qw_run_state *run, const qw_half *half, const qw_mirror_plane *first,
-                      const qw_mirror_plane *others, uint32_t other_count)
+static void take_half(qw_run_state *run, const qw_half *half, const qw_mirror_plane *plane, uint32_t planes)
 {
     qw_env *env = run->env;
-    run->input = input_of(run, half, first, others, other_count);
+    run->input = input_of(run, half, plane, planes);
     run->clean = qw_clean_surface(env, &run->input, 0, false);
     run->clean_census = qw_trimesh_census_of(env, &run->clean.mesh, run->clean.component, run->clean.components);
     run->area = qw_trimesh_area(&run->clean.mesh);
@@ -474,11 +470,11 @@ static double far_of_reflected(const qw_run_state *run, const qw_mirror_plane *p
 static void take_core(qw_run_state *run, const side *s, const qw_mirror *m)
 {
     const qw_half *half = &s->half;
-    take_half(run, half, &m->plane, m->across, m->across_count);
+    take_half(run, half, m->plane, m->planes);
     run->mirror = *m;
     run->mirror.components = half->whole.components, run->mirror.boundary_loops = half->whole.boundary_loops;
     run->mirror.euler = half->whole.euler;
-    run->mirror.planes = planes_of_core(run, s);
+    run->mirror.about = planes_of_core(run, s);
     run->mirror.times = 2 - area_of_single(run) / run->area;
 }
 
@@ -487,7 +483,7 @@ static void take_side(qw_run_state *run, const side *s, const qw_mirror_search *
 {
     const qw_half *half = &s->half;
     const qw_mirror_plane *plane = &found->plane;
-    qw_mirror m = {.is_used = 1, .plane = *plane, .far = found->far};
+    qw_mirror m = {.is_used = 1, .planes = 1, .plane = {*plane}, .far = found->far};
     if (s->kind) m.far = far_of_reflected(run, plane, s->kind);
     take_core(run, s, &m);
     double sign = 1;
@@ -504,21 +500,22 @@ bool qw_take_other_side(qw_run_state *run)
     const qw_mirror *m = &run->mirror;
     qw_census was = run->clean_census;
     run->input = *run->whole.input, run->clean = run->whole.clean;
-    qw_half half = cut_surface(run, m, true).half;
+    side s = cut_surface(run, m, true);
+    qw_half half = s.half;
     if (half.face_count == 0) return false;
-    uint8_t *own = by_vertex(run, m->own);
     for (uint32_t v = 0; v < half.vertex_count; v++) {
         double *p = half.position + 3 * (size_t)v, q[3];
-        qw_reflect(qw_plane_number(run, own && own[half.origin[v].from] ? own[half.origin[v].from] - 1u : 0), p, q);
+        qw_reflect(qw_plane_of(&s.planes, half.origin[v].from), p, q);
         if (!half.on_plane[v]) memcpy(p, q, sizeof q);
     }
     for (uint32_t f = 0; f < half.face_count; f++) {
         uint32_t *c = half.corner + 3 * (size_t)f, second = c[1];
         c[1] = c[2], c[2] = second;
     }
-    take_half(run, &half, &m->plane, m->across, m->across_count);
+    take_half(run, &half, m->plane, m->planes);
+    run->mirror.about = planes_of_core(run, &s);
     const qw_census *is = &run->clean_census;
-    if (run->mirror.planes) return true; /* the core has more components, of any topology */
+    if (run->mirror.about) return true; /* the core has more components, of any topology */
     return is->components == was.components && is->boundary_loops == was.boundary_loops && is->euler == was.euler;
 }
 
@@ -549,15 +546,15 @@ static void cut_again(qw_run_state *run, const qw_mirror_plane *plane)
         qw_place_in_input(&run->clean, m->position[v], position + 3 * (size_t)v);
     qw_half half = qw_cut_half(run->env, m, position, &(qw_mirror_planes){1, plane, NULL}, NULL, false);
     if (half.face_count == 0 || !qw_is_like_half(run->env, &half, m, &run->clean_census)) return;
-    take_half(run, &half, plane, NULL, 0);
-    run->mirror.across[run->mirror.across_count++] = *plane;
+    take_half(run, &half, plane, 1);
+    run->mirror.plane[run->mirror.planes++] = *plane;
     run->mirror.times *= 2;
 }
 
 /* Whether the plane was used. `auto` uses no plane whose sides have another topology. */
 static bool use_plane(qw_run_state *run, const qw_mirror_search *found)
 {
-    side s = cut_surface(run, &(qw_mirror){.plane = found->plane}, false);
+    side s = cut_surface(run, &(qw_mirror){.planes = 1, .plane = {found->plane}}, false);
     if (is_one_sided(run)) qw_fail(run->env, QW_UNSUPPORTED, -1, "%s", ONE_SIDED);
     if (s.half.face_count == 0 && is_found(run)) return false;
     if (s.half.face_count == 0) qw_fail(run->env, QW_OPTION, -1, "the whole surface lies in the plane of symmetry");
@@ -623,7 +620,7 @@ static bool use_own(qw_run_state *run, double edge)
     if (!qw_is_like_half(run->env, &s.half, &run->whole.clean.mesh, &run->whole.census)) return false;
     take_core(run, &s, &m);
     run->report->symmetric = SYMMETRIC_PARTS;
-    qw_did(run->env, QW_MECH_OWN_PLANES, 1 + m.across_count);
+    qw_did(run->env, QW_MECH_OWN_PLANES, m.planes);
     return true;
 }
 

@@ -32,10 +32,7 @@ qw_quadmesh qw_split_at_cut(const qw_run_state *run, const qw_quadmesh *quads, c
    ORIENTATION leaves. In the current scope. */
 qw_vertex_crosses qw_crosses_of_whole(const qw_run_state *run);
 
-/* Plane p of the cut: the first, or one of the others. */
-const qw_mirror_plane *qw_plane_number(const qw_run_state *run, uint32_t p);
-
-/* uint8_t[quads->vertex_count]: as of qw_mirror.planes, of each vertex' component; NULL: all are reflected. quads: of
+/* uint8_t[quads->vertex_count]: as of qw_mirror.about, of each vertex' component; NULL: all are reflected. quads: of
    the core. */
 uint8_t *qw_planes_of_quads(const qw_run_state *run, const qw_quadmesh *quads);
 
@@ -44,6 +41,9 @@ qw_mirror_planes qw_planes_of_whole(const qw_run_state *run, const uint32_t *com
 
 /* How many images of the core the whole is made of: 1 without symmetry. */
 uint32_t qw_image_count(const qw_run_state *run);
+
+/* Whether image i has the component of the core's clean surface. */
+bool qw_image_has(const qw_run_state *run, uint32_t i, uint32_t component);
 
 /* The point of the core in image i of it, in the frame of the whole. Images of an odd number of bits are turned. */
 qw_vec3 qw_image_of(const qw_run_state *run, uint32_t i, qw_vec3 point);

@@ -15,6 +15,7 @@ enum { CORNERS = 2, OF_LENGTH = 8 };
 typedef struct opening {
     const qw_run_state *run;
     const qw_trimesh *mesh;
+    const uint8_t *cuts;   /* of qw_find_cuts */
     uint32_t *half, count; /* half-edges, one after the other: uint32_t[count] */
     bool is_closed;
     double length;
@@ -22,9 +23,7 @@ typedef struct opening {
 
 static bool lies_in_cut(const opening *o, uint32_t h)
 {
-    const qw_vec3 *p = o->mesh->position;
-    const uint32_t *c = o->mesh->corner;
-    return (qw_cuts_at(o->run, p[c[h]]) & qw_cuts_at(o->run, p[c[qw_next(h)]])) != 0;
+    return (o->cuts[o->mesh->corner[h]] & o->cuts[o->mesh->corner[qw_next(h)]]) != 0;
 }
 
 /* The stretch of boundary through h that lies in no cut. */
@@ -89,7 +88,7 @@ qw_openings qw_find_openings(const qw_run_state *run, double rho)
     qw_openings found = {{0, QW_NEW_ZERO(env, uint32_t, (size_t)rims + 1), QW_NEW(env, qw_vec3, 2 * (size_t)rims),
                           QW_NEW(env, uint8_t, rims)},
                          QW_NEW(env, uint32_t, 2 * (size_t)rims)};
-    opening o = {run, m, QW_NEW(env, uint32_t, rims), 0, false, 0};
+    opening o = {run, m, qw_find_cuts(run, m), QW_NEW(env, uint32_t, rims), 0, false, 0};
     const uint8_t *kind = find_corners(&o);
     uint8_t *seen = QW_NEW_ZERO(env, uint8_t, sides);
     double most = QW_NECK_RATIO * run->options.rings * 4 * QW_PI * qw_trimesh_area(m);

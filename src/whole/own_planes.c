@@ -106,19 +106,19 @@ static uint32_t list_largest(const qw_run_state *run, uint64_t *keys)
 qw_mirror qw_find_own_planes(const qw_run_state *run, double edge)
 {
     qw_env *env = run->env;
-    uint32_t components = (uint32_t)run->whole.census.components, planes = 0;
+    uint32_t components = (uint32_t)run->whole.census.components;
     qw_mirror m = {.own = QW_NEW_ZERO(env, uint8_t, components)};
     uint64_t *keys = QW_NEW(env, uint64_t, components);
     uint32_t count = components > 1 ? list_largest(run, keys) : 0;
-    for (uint32_t i = 0; i < count && planes < QW_MOST_CUTS; i++) {
+    for (uint32_t i = 0; i < count && m.planes < QW_MOST_CUTS; i++) {
         uint32_t c = (uint32_t)keys[i];
         qw_mirror_search found;
         qw_heartbeat(env);
         if (!find_own(run, c, edge, &found)) continue;
-        *(planes == 0 ? &m.plane : &m.across[planes - 1]) = found.plane;
-        m.own[c] = (uint8_t)++planes, m.far = fmax(m.far, found.far);
+        m.plane[m.planes++] = found.plane;
+        m.own[c] = (uint8_t)m.planes, m.far = fmax(m.far, found.far);
     }
     qw_free(env, keys);
-    m.is_used = planes > 0, m.across_count = planes > 0 ? planes - 1 : 0;
+    m.is_used = m.planes > 0;
     return m;
 }

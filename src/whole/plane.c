@@ -4,9 +4,8 @@
  */
 #include "whole/plane.h"
 
-#include "base/constants.h"
-
 #include "base/axes.h"
+#include "base/constants.h"
 #include "geometry/bvh.h"
 #include "geometry/polygons.h"
 

@@ -23,8 +23,8 @@ static qw_rim rim_of(const qw_run_state *run)
     const qw_trimesh *m = &run->clean.mesh;
     uint8_t *in = QW_NEW(run->env, uint8_t, m->vertex_count);
     for (uint32_t v = 0; v < m->vertex_count; v++) in[v] = qw_cuts_at(run, m->position[v]);
-    for (uint32_t h = 0; run->mirror.planes && h < 3 * m->face_count; h++) /* of its component's planes */
-        in[m->corner[h]] &= run->mirror.planes[run->clean_census.component[h / 3]];
+    for (uint32_t h = 0; run->mirror.about && h < 3 * m->face_count; h++) /* of its component's planes */
+        in[m->corner[h]] &= run->mirror.about[run->clean_census.component[h / 3]];
     qw_rim rim = qw_rim_of(run->env, m, in);
     qw_free(run->env, in);
     return rim;
@@ -97,7 +97,7 @@ static qw_vec3 reflect_direction(const qw_mirror_plane *plane, qw_vec3 d)
 uint32_t qw_image_count(const qw_run_state *run)
 {
     const qw_mirror *m = &run->mirror;
-    return !m->is_used ? 1 : m->own ? 2 + m->across_count : 2u << m->across_count;
+    return m->own ? 1 + m->planes : 1u << m->planes;
 }
 
 /* The planes that image i is reflected about: bit k, plane k. */
@@ -106,9 +106,9 @@ static uint32_t planes_of_image(const qw_run_state *run, uint32_t i)
     return run->mirror.own && i > 0 ? 1u << (i - 1) : i;
 }
 
-const qw_mirror_plane *qw_plane_number(const qw_run_state *run, uint32_t k)
+bool qw_image_has(const qw_run_state *run, uint32_t i, uint32_t component)
 {
-    return k == 0 ? &run->mirror.plane : &run->mirror.across[k - 1];
+    return !run->mirror.about || !(planes_of_image(run, i) & ~(uint32_t)run->mirror.about[component]);
 }
 
 qw_vec3 qw_image_of(const qw_run_state *run, uint32_t i, qw_vec3 p)
@@ -122,7 +122,7 @@ qw_vec3 qw_image_of(const qw_run_state *run, uint32_t i, qw_vec3 p)
     for (uint32_t k = 0; planes >> k; k++) {
         if (!(planes >> k & 1)) continue;
         memcpy(in, at, sizeof in);
-        qw_reflect(qw_plane_number(run, k), in, at);
+        qw_reflect(&run->mirror.plane[k], in, at);
     }
     for (int k = 0; k < 3; k++) at[k] = (at[k] - frame->center[k]) * frame->scale;
     return qw_v3_of_doubles(at);
@@ -131,7 +131,7 @@ qw_vec3 qw_image_of(const qw_run_state *run, uint32_t i, qw_vec3 p)
 static qw_vec3 turn_into_image(const qw_run_state *run, uint32_t i, qw_vec3 d)
 {
     for (uint32_t k = 0, planes = planes_of_image(run, i); planes >> k; k++)
-        if (planes >> k & 1) d = reflect_direction(qw_plane_number(run, k), d);
+        if (planes >> k & 1) d = reflect_direction(&run->mirror.plane[k], d);
     return d;
 }
 
@@ -139,10 +139,9 @@ static qw_vec3 turn_into_image(const qw_run_state *run, uint32_t i, qw_vec3 d)
 static void add_image(const qw_run_state *run, uint32_t i, const uint32_t *component, qw_trimesh *whole)
 {
     const qw_trimesh *core = &run->working.mesh;
-    uint32_t planes = planes_of_image(run, i);
     bool turns = run->mirror.own ? i > 0 : (i ^ i >> 1 ^ i >> 2) & 1;
     for (uint32_t f = 0; f < core->face_count; f++) {
-        if (component && planes & ~(uint32_t)run->mirror.planes[component[f]]) continue;
+        if (component && !qw_image_has(run, i, component[f])) continue;
         uint32_t *to = whole->corner + 3 * (size_t)whole->face_count++;
         for (uint32_t k = 0; k < 3; k++) to[turns ? 2 - k : k] = i * core->vertex_count + core->corner[3 * f + k];
     }
@@ -159,7 +158,7 @@ qw_vertex_crosses qw_crosses_of_whole(const qw_run_state *run)
     whole->vertex_count = (uint32_t)(images * n);
     whole->position = QW_NEW(run->env, qw_vec3, images * n);
     whole->corner = QW_NEW(run->env, uint32_t, 3 * images * (size_t)core->face_count);
-    uint32_t *component = run->mirror.planes ? qw_clean_components_of_working(run) : NULL;
+    uint32_t *component = run->mirror.about ? qw_clean_components_of_faces(run, core) : NULL;
     for (uint32_t i = 0; i < images; i++) {
         for (size_t v = 0; v < n; v++) {
             whole->position[i * n + v] = qw_image_of(run, i, core->position[v]);
@@ -176,10 +175,10 @@ qw_vertex_crosses qw_crosses_of_whole(const qw_run_state *run)
 
 uint8_t *qw_planes_of_quads(const qw_run_state *run, const qw_quadmesh *quads)
 {
-    if (!run->mirror.planes) return NULL;
+    if (!run->mirror.about) return NULL;
     uint32_t *component = qw_clean_components(run, quads);
     uint8_t *planes = QW_NEW(run->env, uint8_t, quads->vertex_count);
-    for (uint32_t v = 0; v < quads->vertex_count; v++) planes[v] = run->mirror.planes[component[v]];
+    for (uint32_t v = 0; v < quads->vertex_count; v++) planes[v] = run->mirror.about[component[v]];
     qw_free(run->env, component);
     return planes;
 }
@@ -196,7 +195,7 @@ static uint8_t *single_at(qw_env *env, const uint8_t *planes, uint32_t count, ui
 double qw_surplus_of_core(const qw_run_state *run, const qw_quadmesh *quads)
 {
     double all = quads->face_count, once = 0;
-    if (!run->mirror.planes) return 0;
+    if (!run->mirror.about) return 0;
     uint8_t *planes = qw_planes_of_quads(run, quads);
     for (uint32_t f = 0; f < quads->face_count; f++) once += planes[quads->corner[4 * (size_t)f]] == 0;
     qw_free(run->env, planes);
@@ -228,7 +227,7 @@ static void warn_of_one_sided_detail(qw_run_state *run)
 {
     double edge = run->rho * qw_whole_scale(run); /* in diagonals, as `far` is */
     char text[sizeof run->report->warnings[0]];
-    if (run->mirror.far <= edge || run->mirror.planes || qw_sides_differ(run))
+    if (run->mirror.far <= edge || run->mirror.about || qw_sides_differ(run))
         return; /* single components may be all that differs */
     snprintf(text, sizeof text,
              "the sides of the plane of symmetry differ by %.2g edges and more in places: what only one side has is "
@@ -310,10 +309,10 @@ static qw_quadmesh unfold(const qw_run_state *run, const qw_quadmesh *core, cons
 {
     qw_env *env = run->env;
     qw_quadmesh side = *core;
-    for (uint32_t p = run->mirror.across_count; p > 0; p--) {
+    for (uint32_t p = run->mirror.planes - 1; p > 0; p--) {
         uint8_t *edge = sewn_along(env, *sewn, side.face_count, p);
         const uint8_t *single = single_at(env, *planes, side.vertex_count, p);
-        qw_mirrored m = qw_mirror_quads(env, &side, *position, &run->mirror.across[p - 1], edge, single,
+        qw_mirrored m = qw_mirror_quads(env, &side, *position, &run->mirror.plane[p], edge, single,
                                         run->mirror.own ? own : NULL);
         carry_marks(env, &m, &side);
         *planes = carry_planes(env, &m, &side, *planes);
@@ -337,7 +336,7 @@ void qw_reflect_core(qw_run_state *run, const qw_quadmesh *core, const uint8_t *
     uint32_t *source = NULL;
     qw_quadmesh side = unfold(run, core, &sewn, &planes, &position, own, &source), *quads = &side;
     const uint8_t *single = single_at(env, planes, quads->vertex_count, 0);
-    qw_mirrored m = qw_mirror_quads(env, quads, position, &run->mirror.plane,
+    qw_mirrored m = qw_mirror_quads(env, quads, position, &run->mirror.plane[0],
                                     sewn_along(env, sewn, quads->face_count, 0), single, own);
     run->reflected = quads->face_count;
     warn_of_one_sided_detail(run);
@@ -350,11 +349,8 @@ void qw_reflect_core(qw_run_state *run, const qw_quadmesh *core, const uint8_t *
 
 qw_mirror_planes qw_planes_of_whole(const qw_run_state *run, const uint32_t *component, uint32_t count)
 {
-    qw_mirror_plane *plane = QW_NEW(run->env, qw_mirror_plane, QW_MOST_CUTS);
-    uint32_t planes = run->mirror.own ? 1 + run->mirror.across_count : 1;
-    for (uint32_t p = 0; p < planes; p++) plane[p] = *qw_plane_number(run, p);
     uint8_t *of = run->mirror.own ? QW_NEW_ZERO(run->env, uint8_t, count) : NULL;
     for (uint32_t v = 0; of && v < count; v++)
         of[v] = run->mirror.own[component[v]] ? (uint8_t)(run->mirror.own[component[v]] - 1) : 0;
-    return (qw_mirror_planes){planes, plane, of};
+    return (qw_mirror_planes){of ? run->mirror.planes : 1, run->mirror.plane, of};
 }

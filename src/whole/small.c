@@ -176,9 +176,9 @@ static double faces_of_small(const qw_run_state *run)
 {
     const qw_quadmesh *small = &run->core.small_quads;
     double all = small->face_count, once = 0;
-    if (!run->mirror.planes) return all;
+    if (!run->mirror.about) return all;
     for (uint32_t f = 0; f < small->face_count; f++)
-        once += run->mirror.planes[small->component[small->corner[4 * (size_t)f]]] == 0;
+        once += run->mirror.about[small->component[small->corner[4 * (size_t)f]]] == 0;
     return (2 * all - once) / qw_times_used(run);
 }
 

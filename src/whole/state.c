@@ -70,9 +70,8 @@ uint32_t *qw_clean_components(const qw_run_state *run, const qw_quadmesh *quads)
     return component;
 }
 
-uint32_t *qw_clean_components_of_working(const qw_run_state *run)
+uint32_t *qw_clean_components_of_faces(const qw_run_state *run, const qw_trimesh *m)
 {
-    const qw_trimesh *m = &run->working.mesh;
     uint32_t *of_rest = components_of_rest(run), *component = QW_NEW(run->env, uint32_t, m->face_count);
     qw_label_components(run->env, 3, m->twin, m->face_count, component);
     for (uint32_t f = 0; f < m->face_count; f++) component[f] = of_rest[component[f]];

@@ -52,20 +52,19 @@ typedef struct qw_whole {
 
 /* How the core of a symmetric surface becomes the whole again: whole/mirror.h. */
 typedef struct qw_mirror {
-    uint32_t is_used;      /* flag: the core is one side of the plane */
-    qw_mirror_plane plane; /* in the coordinates of the input */
-    /* others, across it and one another, along which that side was cut again: whole/across.h; or of other components:
-       whole/own_planes.h */
-    qw_mirror_plane across[QW_MOST_CUTS - 1];
-    uint32_t across_count;
+    uint32_t is_used; /* flag: the core is one side of the first plane */
+    uint32_t planes;  /* 0 where it is not used */
+    /* in the coordinates of the input; the others are across the first and one another, along which that side was cut
+       again (whole/across.h), or those of other components (whole/own_planes.h) */
+    qw_mirror_plane plane[QW_MOST_CUTS];
     uint8_t *own; /* uint8_t[whole.census.components]: p + 1: it has plane p for itself; 0: none; NULL: planes are the
                      whole's */
     double far;   /* of qw_mirror_search */
     double times; /* how many quads of the result stand for one of the core, in the mean: 2 where all are
                      reflected, 4 or 8 with planes across, 1 without symmetry */
     int64_t components, boundary_loops, euler; /* of the core sewn to its reflection */
-    uint8_t *planes; /* uint8_t[clean_census.components]: bit p: it is reflected about plane p, of which 0 is the first;
-                        0: it has no twin; NULL: all are reflected about all planes */
+    uint8_t *about; /* uint8_t[clean_census.components]: bit p: it is reflected about plane p; 0: it has no twin;
+                       NULL: all are reflected about all planes */
 } qw_mirror;
 
 typedef struct qw_run_state {
@@ -191,8 +190,8 @@ qw_trimesh qw_parted_working(const qw_run_state *run);
 /* The components of run->clean that the quads' vertices are of, which may be those of qw_join_small (whole/small.h):
    uint32_t[quads->vertex_count]. */
 uint32_t *qw_clean_components(const qw_run_state *run, const qw_quadmesh *quads);
-/* The same of the faces of the working mesh: uint32_t[faces]. */
-uint32_t *qw_clean_components_of_working(const qw_run_state *run);
+/* The same of the faces of the surface or of the working mesh: uint32_t[faces]. */
+uint32_t *qw_clean_components_of_faces(const qw_run_state *run, const qw_trimesh *mesh);
 
 /* A sentence for the report and the log. */
 void qw_warn(qw_run_state *run, const char *text);

@@ -700,7 +700,8 @@ static qw_necks choose(search *s)
     return necks;
 }
 
-qw_necks qw_find_necks(qw_env *env, const qw_trimesh *m, double edge, const double *cut, uint32_t cuts, double strength)
+qw_necks qw_find_necks(qw_env *env, const qw_trimesh *m, double edge, const double *cut, uint32_t cuts, bool dents,
+                       double strength)
 {
     assert(m->twin && edge > 0 && strength > 0 && strength <= 1);
     uint32_t n = m->vertex_count;
@@ -721,8 +722,7 @@ qw_necks qw_find_necks(qw_env *env, const qw_trimesh *m, double edge, const doub
     for (uint32_t v = 0; v < n; v++) s.distance[v] = INFINITY;
     for (uint32_t i = 0; i < count; i++) look_from(&s, &seeds[i]);
     size_t before = s.count;
-    if (cuts == 1 && qw_uses(env, QW_MECH_DENTS))
-        find_dents(&s, strength), qw_did(env, QW_MECH_DENTS, s.count - before);
+    if (dents && qw_uses(env, QW_MECH_DENTS)) find_dents(&s, strength), qw_did(env, QW_MECH_DENTS, s.count - before);
     if (s.count > 0) {
         necks = choose(&s);
         qw_keep(env, necks.begin), qw_keep(env, necks.point), qw_keep(env, necks.kind);

@@ -36,6 +36,6 @@ bool qw_fits_on_neck(const qw_vec3 *point, uint32_t count, double edge, int kind
 /* Necks with q of 0.4 times strength (0 to 1) at the most, pockets with q of 0.4, the clearest first, around which six
    edges fit that are a fifth as long as the mean one. Of what a cut halves others need half the q. cut:
    double[cuts][4], normals and offsets of planes in which the boundary lies that halves what encloses a tip or a floor
-   in it. In the current scope. */
+   in it. dents: these too; the surface is half of one. In the current scope. */
 qw_necks qw_find_necks(qw_env *env, const qw_trimesh *surface, double edge, const double *cut, uint32_t cuts,
-                       double strength);
+                       bool dents, double strength);

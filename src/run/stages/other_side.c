@@ -90,7 +90,7 @@ static void find_components(other_side *o, const uint32_t *component)
     memset(leader, 0xff, count * sizeof *leader);
     for (uint32_t v = 0; v < q->vertex_count; v++) {
         uint32_t c = component[v];
-        bool is_reflected = !o->run->mirror.planes || o->run->mirror.planes[c];
+        bool is_reflected = !o->run->mirror.about || o->run->mirror.about[c];
         qw_hit hit = qw_bvh_nearest(o->side.tree, q->position[v], normal[v], QW_SAME_SHEET, 1, QW_NONE);
         if (!is_reflected || hit.face == QW_NONE) continue;
         uint32_t at = o->side.surface_census.component[hit.face];
@@ -104,7 +104,7 @@ static void find_components(other_side *o, const uint32_t *component)
         if (c == QW_NONE) o->held[v] = FOREIGN;
     }
     if (count == 1 && none == 1) return;
-    uint32_t *of_working = qw_clean_components_of_working(o->run);
+    uint32_t *of_working = qw_clean_components_of_faces(o->run, &o->run->working.mesh);
     for (uint32_t f = 0; f < o->run->working.mesh.face_count; f++) {
         uint32_t c = leader[of_working[f]];
         of_working[f] = c == QW_NONE ? none : c;
@@ -236,7 +236,7 @@ double *qw_place_other_side(const qw_run_state *run, const qw_quadmesh *quads, c
         uint32_t number = 0;
         while (planes && planes[v] >> number > 1) number++;
         qw_place_in_input(&run->clean, o.quads.position[v], p);
-        qw_reflect(qw_plane_number(run, number), p, place + 3 * (size_t)v);
+        qw_reflect(&run->mirror.plane[number], p, place + 3 * (size_t)v);
     }
     return place;
 }

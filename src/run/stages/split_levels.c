@@ -51,8 +51,10 @@ static void list_curves(leveling *l)
     if (sharp + open == 0) return;
     size_t images = qw_image_count(run), all = images * sharp + open;
     qw_vec3 *from = QW_NEW(run->env, qw_vec3, all), *to = QW_NEW(run->env, qw_vec3, all);
+    uint32_t *component = qw_clean_components_of_faces(run, core);
     for (uint32_t h = 0; h < 3 * core->face_count; h++)
         for (uint32_t i = 0; i < images && qw_stands_for_edge(core, h) && qw_is_curve_edge(core, h, false); i++) {
+            if (!qw_image_has(run, i, component[h / 3])) continue;
             from[count] = qw_image_of(run, i, core->position[core->corner[h]]);
             to[count++] = qw_image_of(run, i, core->position[core->corner[qw_next(h)]]);
         }
@@ -61,6 +63,7 @@ static void list_curves(leveling *l)
         from[count] = whole->position[whole->corner[h]];
         to[count++] = whole->position[whole->corner[qw_next(h)]];
     }
+    qw_free(run->env, component);
     l->shape.from = from, l->shape.to = to, l->shape.curves = qw_curve_tree_build(run->env, from, to, count);
 }
 

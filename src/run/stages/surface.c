@@ -174,10 +174,7 @@ static void mark_features(qw_run_state *run, double rho)
 /* uint8_t[vertices]: those that lie in a plane of the cut; NULL where there is none. */
 static uint8_t *find_cut(const qw_run_state *run, const qw_trimesh *mesh)
 {
-    if (!run->mirror.is_used) return NULL;
-    uint8_t *lies = QW_NEW(run->env, uint8_t, mesh->vertex_count);
-    for (uint32_t v = 0; v < mesh->vertex_count; v++) lies[v] = qw_cuts_at(run, mesh->position[v]);
-    return lies;
+    return run->mirror.is_used ? qw_find_cuts(run, mesh) : NULL;
 }
 
 /* Teeth of kept borders and of boundaries become smooth lines where they are no longer than the largest quads for which
