@@ -91,7 +91,15 @@ def suzanne(levels=2, apply=False):
 
 
 def sphere(radius=1.0, segments=96, rings=48):
+    """Its faces in an order of their own: Blender's operator makes another in each process."""
     bpy.ops.mesh.primitive_uv_sphere_add(radius=radius, segments=segments, ring_count=rings)
+    mesh = bpy.context.object.data
+    at, uvs = places(mesh), read(mesh.uv_layers[0].data, "uv", np.float32, 2)
+    faces = [list(zip(f.vertices, uvs[f.loop_start : f.loop_start + f.loop_total].tolist())) for f in mesh.polygons]
+    faces = sorted(f[i:] + f[:i] for f in faces for i in [f.index(min(f))])
+    mesh.clear_geometry()
+    mesh.from_pydata(at, [], [[v for v, _ in f] for f in faces])
+    mesh.uv_layers.new().data.foreach_set("uv", np.array([uv for f in faces for _, uv in f], np.float32).reshape(-1))
     return bpy.context.object
 
 
