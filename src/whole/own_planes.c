@@ -88,7 +88,8 @@ static bool find_own(const qw_run_state *run, uint32_t component, double edge, q
     return is_found;
 }
 
-/* Components, the largest first, as far as they are large enough: their keys are made in `keys`. Returns how many. */
+/* Lists the components that are large enough, the largest first: the lower half of a key is the number of one. Returns
+   how many there are. */
 static uint32_t list_largest(const qw_run_state *run, uint64_t *keys)
 {
     uint32_t components = (uint32_t)run->whole.census.components, count = 0;

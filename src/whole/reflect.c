@@ -285,7 +285,7 @@ static uint8_t *sewn_along(qw_env *env, const uint8_t *sewn, uint32_t faces, uin
     return edge;
 }
 
-/* What qw_mirrored has of the values of the half's vertices. */
+/* The values of the half's vertices, carried to the vertices of both sides. */
 static uint8_t *carry_planes(qw_env *env, const qw_mirrored *m, const qw_quadmesh *half, const uint8_t *planes)
 {
     if (!planes) return NULL;
@@ -295,7 +295,7 @@ static uint8_t *carry_planes(qw_env *env, const qw_mirrored *m, const qw_quadmes
     return all;
 }
 
-/* The quads of the core that the quads are or are reflections of, where each is reflected once. */
+/* Makes the sources of the quads those that their sources had before: quads of the core, as each is reflected once. */
 static uint32_t *through(const uint32_t *before, const qw_mirrored *m)
 {
     for (uint32_t f = 0; before && f < m->quads.face_count; f++) m->source[f] = before[m->source[f]];

@@ -256,7 +256,7 @@ typedef struct sharer {
     const uint32_t *patch; /* uint32_t[face_count]: of each face */
     uint8_t *mark;         /* uint8_t[face_count]: of patches that are shared out */
     state kept, first;
-    bool is_bold; /* how all pack is not asked */
+    bool is_bold; /* whether all charts pack well is not asked */
 } sharer;
 
 /* Lays patches that are marked apart again. */

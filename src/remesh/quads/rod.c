@@ -25,7 +25,7 @@ typedef struct rod {
     section *ring; /* section[rings] */
 } rod;
 
-/* The distance at the tail of h, one length more where its face looks over the cut. */
+/* The distance at the tail of h, with one length of the rod more where the face of h reaches across the cut. */
 static double distance_at(const rod *r, uint32_t h)
 {
     uint32_t v = r->part->corner[h];

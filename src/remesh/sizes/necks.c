@@ -573,8 +573,8 @@ static void look_from(search *s, const seed *from)
 
 /* ---- dents */
 
-/* Fills up what heights enclose: each becomes the least that a way to it from the largest part that lies at 0 or lower
-   climbs to, which is put to 0, so that all that lies higher than some level is without holes. */
+/* Fills hollows of a height function. Each height becomes the least that a path to it must climb to from the largest
+   part at 0 or below, whose heights become 0: what lies above a level has no holes then. */
 static void fill_up(search *s, const float *height, float *filled)
 {
     qw_env *env = s->env;
@@ -616,7 +616,7 @@ static void fill_up(search *s, const float *height, float *filled)
     qw_scope_end(env);
 }
 
-/* The level up to which most is turned by, for the length of its line, where that is a dent. */
+/* Takes the level line within which the surface turns most for the line's length, if that makes a dent. */
 static void look_at_island(search *s, const seed *from, double least)
 {
     levels l = {.count = LEVELS};

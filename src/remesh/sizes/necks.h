@@ -15,9 +15,10 @@
 
 /* So many edges are to fit around a neck at least; so many necks are taken at most. */
 enum { QW_NECK_EDGES = 6, QW_MOST_NECKS = 256 };
-/* Of a pocket what is enclosed lies inside the body, as a socket; around a dent, which is flatter, so many edges of the
-   mean length fit at least. */
-enum { QW_LIMB, QW_POCKET, QW_DENT, QW_DENT_EDGES = 10 };
+/* What a curve is around. What a pocket encloses lies inside the body, as a socket; a dent is flatter. */
+enum { QW_LIMB, QW_POCKET, QW_DENT };
+/* Edges of the mean length that fit around a dent at least. */
+enum { QW_DENT_EDGES = 10 };
 /* The largest q of a pocket, and of other necks at strength 1. */
 #define QW_NECK_RATIO        0.4
 /* Two curves nearer than this share of their radius are one. */

@@ -184,11 +184,10 @@ qw_part *qw_list_parts(qw_env *env, const qw_trimesh *s, const qw_census *census
     for (int64_t c = 0; c < census->components; c++) {
         part[c].least = loops[c] > 0 ? LEAST_QUADS_OPEN : LEAST_QUADS_CLOSED;
         part[c].is_closed = loops[c] == 0;
-        part[c].bare = part[c].is_closed && twice_euler[c] == 4   ? QW_LEAST_SHELL
-                       : part[c].is_closed && twice_euler[c] == 0 ? LEAST_QUADS_RING
-                                                                  : part[c].least; /* fields lose handles and holes
-                                                                                      sooner */
-        part[c].bend = bend ? bend[c] : 0, part[c].extent = extent[c];             /* in the centred frame */
+        bool is_shell = part[c].is_closed && twice_euler[c] == 4, is_ring = part[c].is_closed && twice_euler[c] == 0;
+        /* fields lose other handles and holes sooner */
+        part[c].bare = is_shell ? QW_LEAST_SHELL : is_ring ? LEAST_QUADS_RING : part[c].least;
+        part[c].bend = bend ? bend[c] : 0, part[c].extent = extent[c]; /* in the centred frame */
     }
     for (uint32_t f = 0; f < s->face_count; f++)
         part[census->component[f]].area += 0.5 * qw_length(qw_face_cross(s, f));
