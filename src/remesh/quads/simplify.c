@@ -27,15 +27,10 @@ enum {
     MAX_AROUND = 64, /* vertices near a move */
     FACES_AROUND = 256,
     SMOOTHING = 4,    /* rounds of the vertices near a move before its shape is judged */
-    DEPTH = 3,        /* moves of a chain */
-    MAX_TRIALS = 500, /* of a chain, moves tried */
-    LEAST_TRIALS = 8000,
-    TRIALS_A_QUAD = 2, /* of all chains, so that the time is bounded by the mesh */
-    LOOKS = 200,       /* at all lines, likewise, */
-    LOOKED = 10000000  /* and quads in all of them */
+    LOOKS = 200,      /* at all lines, so that the time is bounded by the mesh, */
+    LOOKED = 10000000 /* and quads in all of them */
 };
 
-enum tried_flag { MOVES = 1, CHAINS = 2 };
 /* A cost that has to be counted anew. */
 enum { UNKNOWN = -1 };
 /* Added to the cost of an inner vertex of two edges. */
@@ -52,13 +47,12 @@ typedef struct simplifier {
     int64_t least;
     uint32_t *stamp, *face_stamp, round; /* [vertices], [faces] */
     int32_t *cost;                       /* [vertices] excess where no move is being tried, or UNKNOWN */
-    uint8_t *fresh; /* [vertices] MOVES and CHAINS not yet tried there since something near it changed */
+    bool *fresh;                         /* [vertices] moves are not yet tried there since something near it changed */
     /* while quads are thinned out, told NULL otherwise */
     uint32_t kept;       /* moves that were kept */
     uint32_t *kept_near; /* [vertices] `kept` when a move near the vertex was last kept */
     uint32_t *failed;    /* [sides] `kept` + 1 when the collapse that begins here last lost too much shape; 0: never */
     uint32_t *told;      /* [vertices], to work in */
-    int64_t trials;      /* of chains, left */
     uint32_t *chord;     /* [2 quads], to work in */
     uint32_t crossing;   /* quads of chords that cross themselves, */
     uint32_t would;      /* and with the moves at hand */
@@ -321,18 +315,6 @@ static void smooth(simplifier *s, const vertices *set)
         }
 }
 
-/* ---- chains of moves */
-
-typedef struct chain {
-    qw_quad_move list[DEPTH];
-    uint32_t length;
-} chain;
-
-static void repeat(simplifier *s, const chain *c)
-{
-    for (uint32_t i = 0; i < c->length; i++) make(s, c->list[i]);
-}
-
 /* What rotations and collapses at v and beside it would cost has to be asked anew. */
 static void forget_costs_around(simplifier *s, uint32_t v)
 {
@@ -374,7 +356,7 @@ static bool refresh(simplifier *s, const vertices *near)
     if (s->told) s->kept++, tell_around(s, near);
     s->crossing = s->would;
     for (uint32_t i = 0; i < near->count; i++) {
-        s->fresh[near->list[i]] = MOVES | CHAINS;
+        s->fresh[near->list[i]] = true;
         forget_costs_around(s, near->list[i]);
     }
     return true;
@@ -394,14 +376,13 @@ static bool keeps_lines(simplifier *s, int32_t gain)
     return keeps;
 }
 
-/* Keeps, smoothed, the moves made since `writes` if lines and the shape allow them; otherwise undoes them. */
-static bool keep_or_undo(simplifier *s, size_t writes, const chain *c, int32_t gain, const uint32_t *changed,
-                         uint32_t count)
+/* Keeps, smoothed, the move that was made if lines and the shape allow it; otherwise undoes it. */
+static bool keep_or_undo(simplifier *s, qw_quad_move mv, int32_t gain, const uint32_t *changed, uint32_t count)
 {
-    assert(s->e.keeps_journal && writes <= s->e.writes);
+    assert(s->e.keeps_journal);
     vertices core = {0};
     if (!keeps_lines(s, gain)) {
-        qw_quad_edit_undo(&s->e, writes);
+        qw_quad_edit_undo(&s->e, 0);
         return false;
     }
     s->round++;
@@ -410,13 +391,13 @@ static bool keep_or_undo(simplifier *s, size_t writes, const chain *c, int32_t g
     smooth(s, &core);
     shape after = shape_around(s, &core);
     if (after.worst >= GOOD_SHAPE && after.facing >= LEAST_FACING) return refresh(s, &core);
-    qw_quad_edit_undo(&s->e, writes);
+    qw_quad_edit_undo(&s->e, 0);
     shape before = shape_around(s, &core);
     bool at_tip = gain <= -DOUBLET_GAIN && before.facing < 0 && after.worst >= TIP_SHAPE;
     bool shape_lost = !s->shapeless && after.worst < GOOD_SHAPE &&
                       (after.worst < before.worst - WORST_LOSS || after.penalty > before.penalty);
     if (!at_tip && (shape_lost || after.facing < fminf(LEAST_FACING, before.facing))) return false;
-    repeat(s, c);
+    make(s, mv);
     smooth(s, &core);
     return refresh(s, &core);
 }
@@ -429,23 +410,19 @@ static bool improve(simplifier *s, uint32_t v, qw_simplify_counts *counts)
     uint32_t n = qw_quad_moves_at(&s->e, v, list), changed[6], count;
     int32_t gain[QW_MOVES_AT], best = 0;
     for (uint32_t i = 0; i < n; i++) {
-        size_t writes = s->e.writes;
         gain[i] = 0;
         if (!make_if(s, list[i], 0, &gain[i], changed, &count)) {
             gain[i] = 0;
             continue;
         }
-        qw_quad_edit_undo(&s->e, writes);
+        qw_quad_edit_undo(&s->e, 0);
         if (gain[i] < best) best = gain[i];
     }
     for (; best < 0; best++) /* the greatest gain first; gains are small integers, so all values are gone through */
         for (uint32_t i = 0; i < n; i++) {
             if (gain[i] != best) continue;
-            size_t writes = s->e.writes;
-            chain c = {{list[i]}, 1};
             int32_t change;
-            if (!make_if(s, list[i], 0, &change, changed, &count) ||
-                !keep_or_undo(s, writes, &c, change, changed, count))
+            if (!make_if(s, list[i], 0, &change, changed, &count) || !keep_or_undo(s, list[i], change, changed, count))
                 continue;
             if (list[i].kind == QW_COLLAPSE) counts->collapses++;
             else counts->rotations++;
@@ -455,86 +432,19 @@ static bool improve(simplifier *s, uint32_t v, qw_simplify_counts *counts)
     return false;
 }
 
-/* ---- chains: rotations that carry an irregular pair along without gain until it meets another and there is one */
-
-typedef struct chain_search {
-    size_t writes; /* of the journal, before the chain */
-    chain c;
-    uint32_t changed[6 * DEPTH], count;
-    int trials; /* left */
-} chain_search;
-
-/* Goes on from v with one rotation more, and calls itself for the next; no deeper than DEPTH. */
-static bool extend(simplifier *s, chain_search *x, uint32_t v)
-{
-    qw_quad_move list[QW_MOVES_AT];
-    uint32_t n = qw_quad_moves_at(&s->e, v, list), count;
-    for (uint32_t i = 0; i < n && x->trials > 0; i++) {
-        size_t writes = s->e.writes;
-        int32_t change;
-        if (list[i].kind == QW_COLLAPSE) continue;
-        x->trials--;
-        if (!make_if(s, list[i], 1, &change, x->changed + x->count, &count)) continue;
-        x->c.list[x->c.length++] = list[i];
-        x->count += count;
-        if (change < 0) {
-            if (keep_or_undo(s, x->writes, &x->c, change, x->changed, x->count)) return true;
-            x->c.length--;
-            repeat(s, &x->c); /* everything was undone: repeats the moves up to here */
-        } else {
-            const uint32_t *next = x->changed + x->count - count;
-            for (uint32_t k = 0; k < count && x->c.length < DEPTH; k++)
-                if (cost_at(s, next[k]) > 0 && extend(s, x, next[k])) return true;
-            qw_quad_edit_undo(&s->e, writes);
-            x->c.length--;
-        }
-        x->count -= count;
-    }
-    return false;
-}
-
-/* Whether another vertex of v's quads is irregular too. */
-static bool has_company(const simplifier *s, uint32_t v)
-{
-    const qw_quadmesh *m = &s->e.mesh;
-    uint32_t first = s->e.out[v], h = first;
-    do {
-        for (uint32_t g = qw_quad_next(h); g != h; g = qw_quad_next(g))
-            if (cost_at(s, m->corner[g]) > 0) return true;
-        h = qw_quad_around(m, h);
-    } while (h != QW_NONE && h != first);
-    return false;
-}
-
-/* Tries chains of rotations from v; keeps the first with a gain. Returns whether there is one. */
-static bool improve_by_chain(simplifier *s, uint32_t v, qw_simplify_counts *counts)
-{
-    chain_search x = {.writes = s->e.writes, .trials = MAX_TRIALS};
-    if (s->trials <= 0 || !has_company(s, v) || !qw_uses(s->e.env, QW_MECH_CHAINS)) return false;
-    bool found = extend(s, &x, v);
-    s->trials -= MAX_TRIALS - x.trials;
-    qw_acted(s->e.env, QW_MECH_CHAINS, 1), qw_kept(s->e.env, QW_MECH_CHAINS, found);
-    if (!found) return false;
-    counts->rotations += x.c.length;
-    counts->chains++;
-    s->e.writes = 0;
-    return true;
-}
-
 /* ---- all of it */
 
-/* Whether v has costs, and moves or chains (`what`) have not been tried there since something near it changed. */
-static bool worth_a_try(simplifier *s, uint32_t v, uint8_t what)
+/* Whether v has costs, and moves have not been tried there since something near it changed. */
+static bool worth_a_try(simplifier *s, uint32_t v)
 {
     bool open;
-    if (!(s->fresh[v] & what)) return false;
-    s->fresh[v] &= (uint8_t)~what;
+    if (!s->fresh[v]) return false;
+    s->fresh[v] = false;
     if (s->e.out[v] == QW_NONE || s->e.gone[s->e.out[v] / 4] || s->e.mesh.corner[s->e.out[v]] != v) return false;
     return qw_valence_at(&s->e, v, &open) <= QW_MAX_VALENCE && cost_at(s, v) > 0;
 }
 
-/* Makes improving moves, and chains where no move improves, until neither does or MAX_SWEEPS have gone over the
- * mesh. */
+/* Makes improving moves until there are none or MAX_SWEEPS have gone over the mesh. */
 static void simplify(simplifier *s, qw_simplify_counts *counts)
 {
     bool any = true;
@@ -542,12 +452,8 @@ static void simplify(simplifier *s, qw_simplify_counts *counts)
     for (int sweep = 0; sweep < MAX_SWEEPS && any; sweep++) {
         any = false;
         for (uint32_t v = 0; v < s->e.mesh.vertex_count; v++)
-            if (worth_a_try(s, v, MOVES)) any |= improve(s, v, counts);
-        for (uint32_t v = 0; v < s->e.mesh.vertex_count && !any; v++) {
-            if (!worth_a_try(s, v, CHAINS)) continue;
-            any |= improve_by_chain(s, v, counts);
-            qw_heartbeat(s->e.env);
-        }
+            if (worth_a_try(s, v)) any |= improve(s, v, counts);
+        qw_heartbeat(s->e.env);
     }
 }
 
@@ -586,10 +492,10 @@ static bool thin_out(simplifier *s, int64_t most, int32_t limit, uint64_t *keys,
     for (uint32_t i = 0; i < count && (int64_t)s->e.live_faces > most; i++) {
         uint32_t f = (uint32_t)keys[i];
         for (uint32_t k = 0; k < 4 && !s->e.gone[f]; k++) {
-            chain c = {{{4 * f + k, QW_COLLAPSE}}, 1};
+            const qw_quad_move mv = {4 * f + k, QW_COLLAPSE};
             int32_t change;
-            if (fails_again(s, 4 * f + k) || !make_if(s, c.list[0], limit, &change, changed, &n)) continue;
-            if (!keep_or_undo(s, 0, &c, change, changed, n)) {
+            if (fails_again(s, 4 * f + k) || !make_if(s, mv, limit, &change, changed, &n)) continue;
+            if (!keep_or_undo(s, mv, change, changed, n)) {
                 s->failed[4 * f + k] = s->kept + 1;
                 continue;
             }
@@ -636,11 +542,10 @@ static simplifier make_simplifier(qw_env *env, const qw_quadmesh *mesh, const qw
     s.face_stamp = QW_NEW_ZERO(env, uint32_t, mesh->face_count);
     s.cost = QW_NEW(env, int32_t, mesh->vertex_count);
     for (uint32_t v = 0; v < mesh->vertex_count; v++) s.cost[v] = UNKNOWN;
-    s.fresh = QW_NEW(env, uint8_t, mesh->vertex_count);
-    memset(s.fresh, MOVES | CHAINS, mesh->vertex_count);
+    s.fresh = QW_NEW(env, bool, mesh->vertex_count);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) s.fresh[v] = true;
     s.chord = QW_NEW(env, uint32_t, 2 * (size_t)mesh->face_count),
     s.looks = (int)fmin(LOOKS, LOOKED / fmax(mesh->face_count, 1));
-    s.trials = LEAST_TRIALS + (int64_t)TRIALS_A_QUAD * mesh->face_count;
     return s;
 }
 

@@ -12,7 +12,6 @@
 
 typedef struct qw_simplify_counts {
     int64_t collapses, rotations; /* kept */
-    int64_t chains;               /* kept that took more than one move */
 } qw_simplify_counts;
 
 /* A new mesh in the current scope, of at least `least` quads if it has as many now; its free vertices near a move are
