@@ -9,8 +9,8 @@
  *      band         \ /   \   edges across      \ /   \     moved onto the line
  *      other side ___'_____'__               ____'_____'__
  *
- * What is a crease, and what a fold of something soft, is decided by how even the sides are beside how much they turn,
- * and by whether the surface is bent anywhere else at this scale: a part that was sampled is not. */
+ * What is a crease, and what a fold of something soft, is decided by how even the sides are beside how much they turn.
+ */
 #include "remesh/features/sharpen.h"
 
 #include "base/constants.h"
@@ -23,16 +23,10 @@
 #include <math.h>
 #include <string.h>
 
-/* Turn between the sides of a crease, radians: where it fades, and at a loose end. */
-static const double LEAST_TURN = 0.4363323, TAIL_TURN = 0.6108652; /* 25, 35 degrees */
+static const double LEAST_TURN = 0.4363323; /* radians, 25 degrees: between the sides of a crease */
 /* Most spread of the normals in the sides, as a share of the turn: in one place, and over all of a component. Sampled
  * parts have 0.02 to 0.06, statues and animals 0.09 to 0.18. */
 static const double UNEVEN_PLACE = 0.25, UNEVEN = 0.08;
-static const double LEAST_LENGTH = 10; /* of a crease, in edges of the input */
-/* Of the bent planes of a component, so large a share must lie within some rings of a crease: 1.00 in sampled parts,
- * but for one 0.1 to 0.93 elsewhere. */
-static const double LEAST_NEAR = 0.9;
-enum { NEAR_RINGS = 5 };
 /* Where edges that are marked are longer than so large a share of the creases, the component has its sharp edges
  * already. */
 static const double MOST_MARKED = 0.5;
@@ -40,12 +34,9 @@ static const double MOST_MARKED = 0.5;
  */
 static const double WALLS_TURN = 2.6179939;
 /* How far from its place a vertex may be put, in edges of the input: further, the sides are no guide. */
-static const float MOST_MOVED = 1.5f, MOST_LINE_MOVED = 4, MOST_CORNER_MOVED = 6;
-/* What sampling cuts off is as wide as a band of two edges or so. A crease from which its sides are further away, in
- * edges of the input, is off, and so is one between two walls: 0.02 of all where an edge of 34 degrees was sampled, up
- * to 0.006 in other parts, 0.015 to 0.16 in folds. With more than the last share of them a component is left as it is.
- */
-static const double MOST_HALF_BAND = 1.2, MOST_OFF = 0.025;
+static const float MOST_MOVED = 6;
+/* With more than this share of its creases between two walls a component is left as it is. */
+static const double MOST_WALLS = 0.025;
 enum { RINGS = 3, SMOOTHING_ROUNDS = 8 };
 
 typedef struct sharpener {
@@ -80,8 +71,7 @@ static meeting meeting_at(const sharpener *s, uint32_t h)
     const qw_sides *d = &s->sides;
     uint32_t a = d->side[s->mesh->corner[h]], b = d->side[s->mesh->corner[qw_next(h)]];
     const qw_side_plane *p = &d->plane[a], *q = &d->plane[b];
-    if (a == b || p->jagged || q->jagged || qw_length2(p->normal) == 0 || qw_length2(q->normal) == 0)
-        return (meeting){0, 0};
+    if (a == b || qw_length2(p->normal) == 0 || qw_length2(q->normal) == 0) return (meeting){0, 0};
     return (meeting){angle_between(p->normal, q->normal), 0.5 * ((double)p->spread + (double)q->spread)};
 }
 
@@ -100,8 +90,7 @@ static int cuts_of(const sharpener *s, uint32_t f) { return s->cut[3 * f] + s->c
 
 /* Cut edges that hang together by triangles. Each edge inside counts twice. */
 typedef struct crease {
-    double length, edges; /* length, and in edges of the input */
-    double cuts, turn, spread;
+    double length, cuts, turn, spread;
     uint32_t component;
 } crease;
 
@@ -122,9 +111,7 @@ static double line_in(const sharpener *s, uint32_t f)
 static void add_triangle(const sharpener *s, uint32_t f, crease *c)
 {
     assert(f < s->mesh->face_count);
-    double length = line_in(s, f);
-    c->component = s->census->component[f];
-    c->length += length, c->edges += length / (double)s->sides.edge[s->mesh->corner[3 * f]];
+    c->component = s->census->component[f], c->length += line_in(s, f);
     for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
         if (!s->cut[h]) continue;
         meeting m = meeting_at(s, h);
@@ -162,12 +149,10 @@ static crease *find_creases(const sharpener *s, uint32_t *label, uint32_t *count
     return list;
 }
 
-static bool is_crease(const crease *c, double quad_edge) { return c->edges >= LEAST_LENGTH && c->length >= quad_edge; }
-
 static void drop_others(const sharpener *s, const crease *list, const uint32_t *label, double quad_edge)
 {
     for (uint32_t f = 0; f < s->mesh->face_count; f++)
-        if (label[f] != QW_NONE && !is_crease(&list[label[f]], quad_edge))
+        if (label[f] != QW_NONE && list[label[f]].length < quad_edge)
             s->cut[3 * f] = s->cut[3 * f + 1] = s->cut[3 * f + 2] = 0;
 }
 
@@ -194,7 +179,6 @@ static uint8_t *rings_around(const sharpener *s, uint8_t rings)
 typedef struct verdict {
     double creases, marked; /* lengths */
     double turn, spread;    /* means over the creases, times their lengths */
-    uint32_t bent, bent_near;
 } verdict;
 
 static void add_crease(verdict *v, const crease *c)
@@ -205,8 +189,7 @@ static void add_crease(verdict *v, const crease *c)
 
 static bool was_sampled(const verdict *v)
 {
-    return v->creases > 0 && v->marked <= MOST_MARKED * v->creases && v->bent_near >= LEAST_NEAR * v->bent &&
-           v->spread <= UNEVEN * v->turn;
+    return v->creases > 0 && v->marked <= MOST_MARKED * v->creases && v->spread <= UNEVEN * v->turn;
 }
 
 /* Whether any component has sampled creases. */
@@ -216,16 +199,11 @@ static bool judge_components(sharpener *s, const crease *list, uint32_t count, d
     const qw_trimesh *mesh = s->mesh;
     uint32_t components = (uint32_t)s->census->components;
     verdict *v = QW_NEW_ZERO(s->env, verdict, components);
-    uint8_t rings = NEAR_RINGS, *ring = rings_around(s, rings);
     for (uint32_t i = 0; i < count; i++)
-        if (is_crease(&list[i], quad_edge)) add_crease(&v[list[i].component], &list[i]);
+        if (list[i].length >= quad_edge) add_crease(&v[list[i].component], &list[i]);
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
-        verdict *to = &v[s->census->component[h / 3]];
-        uint32_t a = mesh->corner[h];
-        if (s->sides.outgoing[a] == h && s->sides.plane[a].spread > QW_BENT)
-            to->bent++, to->bent_near += ring[a] < rings;
         if (mesh->mark && mesh->mark[h] && is_lower(mesh, h))
-            to->marked += (double)qw_distance(mesh->position[a], mesh->position[mesh->corner[qw_next(h)]]);
+            v[s->census->component[h / 3]].marked += (double)qw_edge_length(mesh, h);
     }
     s->sharp = QW_NEW(s->env, uint8_t, components);
     bool any = false;
@@ -280,26 +258,12 @@ static void uncut(const sharpener *s, uint32_t h)
     if (s->mesh->twin[h] != QW_NONE) s->cut[s->mesh->twin[h]] = 0;
 }
 
-/* The only edge that is cut of a triangle inside; QW_NONE: there are more, or none. */
-static uint32_t loose_end(const sharpener *s, uint32_t f)
-{
-    if (cuts_of(s, f) != 1) return QW_NONE;
-    uint32_t h = s->cut[3 * f] ? 3 * f : s->cut[3 * f + 1] ? 3 * f + 1 : 3 * f + 2;
-    return s->mesh->twin[h] == QW_NONE ? QW_NONE : h;
-}
-
 /* Where creases fade, planes still turn when the sides no longer do: there the line would leave the crease. */
 static void trim_creases(const sharpener *s)
 {
     const qw_trimesh *mesh = s->mesh;
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++)
         if (s->cut[h] && is_lower(mesh, h) && fitted_turn(s, h) < LEAST_TURN) uncut(s, h);
-    for (uint32_t start = 0; start < mesh->face_count; start++)
-        for (uint32_t f = start, h = loose_end(s, f); h != QW_NONE && fitted_turn(s, h) < TAIL_TURN;
-             h = loose_end(s, f)) {
-            f = mesh->twin[h] / 3;
-            uncut(s, h);
-        }
 }
 
 /* Fits a quadric to the side of each vertex near a crease, which is where the crease is looked for. */
@@ -337,7 +301,7 @@ static qw_vec3 crossing_of(const sharpener *s, uint32_t h)
                            (float)fmin(fmax(t, CROSSING_BEGIN), CROSSING_END));
     if (s->mesh->twin[h] == QW_NONE) return from;
     qw_vec3 p = qw_meet_sides(both, 2, from);
-    return qw_distance(p, from) <= MOST_LINE_MOVED * s->sides.edge[a] ? p : from;
+    return qw_distance(p, from) <= MOST_MOVED * s->sides.edge[a] ? p : from;
 }
 
 static qw_vec3 corner_of(const sharpener *s, uint32_t f, qw_vec3 from)
@@ -345,42 +309,21 @@ static qw_vec3 corner_of(const sharpener *s, uint32_t f, qw_vec3 from)
     const uint32_t *c = s->mesh->corner + 3 * (size_t)f;
     const qw_side_fit *all[3] = {side_of(s, c[0]), side_of(s, c[1]), side_of(s, c[2])};
     qw_vec3 p = qw_meet_sides(all, 3, from);
-    return qw_distance(p, from) <= MOST_CORNER_MOVED * s->sides.edge[c[0]] ? p : from;
+    return qw_distance(p, from) <= MOST_MOVED * s->sides.edge[c[0]] ? p : from;
 }
 
-/* Of a component: places at its cuts, and those among them that the crease would move too far. */
-typedef struct moves {
-    uint32_t all, off;
-} moves;
-
-/* Whether the crease at the edge of h lies too far from it, or is none. */
-static bool is_off_band(const sharpener *s, uint32_t h)
-{
-    assert(h < 3 * s->mesh->face_count);
-    double half = 0.5 * fitted_turn(s, h);
-    if (2 * half > WALLS_TURN) return true;
-    qw_vec3 a = s->mesh->position[s->mesh->corner[h]], ab = qw_sub(s->mesh->position[s->mesh->corner[qw_next(h)]], a);
-    qw_vec3 p = crossing_of(s, h);
-    float t = qw_dot(qw_sub(p, a), ab) / fmaxf(qw_length2(ab), FLT_MIN);
-    double off = (double)qw_distance(p, qw_madd(a, fminf(fmaxf(t, 0), 1), ab));
-    return off * qw_cos(half) > MOST_HALF_BAND * qw_sin(half) * (double)s->sides.edge[s->mesh->corner[h]];
-}
-
-/* Sharp components of which too much would move too far are so no longer. Returns whether any is left. */
-static bool keep_on_surface(sharpener *s)
+/* Sharp components of which too much is the rim of a thin shell are so no longer. Returns whether any is left. */
+static bool drop_shells(sharpener *s)
 {
     const qw_trimesh *mesh = s->mesh;
     uint32_t components = (uint32_t)s->census->components;
-    moves *m = QW_NEW_ZERO(s->env, moves, components);
+    uint32_t *all = QW_NEW_ZERO(s->env, uint32_t, components), *walls = QW_NEW_ZERO(s->env, uint32_t, components);
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
-        moves *to = &m[s->census->component[h / 3]];
-        if (s->cut[h] && is_lower(mesh, h)) to->all++, to->off += is_off_band(s, h);
+        uint32_t c = s->census->component[h / 3];
+        if (s->cut[h] && is_lower(mesh, h)) all[c]++, walls[c] += fitted_turn(s, h) > WALLS_TURN;
     }
     bool any = false;
-    for (uint32_t i = 0; i < components; i++) {
-        s->sharp[i] = s->sharp[i] && m[i].off <= MOST_OFF * m[i].all;
-        any = any || s->sharp[i];
-    }
+    for (uint32_t i = 0; i < components; i++) any |= s->sharp[i] = s->sharp[i] && walls[i] <= MOST_WALLS * all[i];
     return any;
 }
 
@@ -481,7 +424,7 @@ bool qw_sharpen(qw_env *env, qw_trimesh *surface, const qw_census *census, float
     qw_scope_begin(env);
     sharpener s = {.env = env, .mesh = surface, .census = census};
     bool found = qw_find_sides(env, surface, &s.sides) && find_cuts(&s, (double)quad_edge);
-    if (found) find_fits(&s), found = keep_on_surface(&s);
+    if (found) find_fits(&s), found = drop_shells(&s);
     if (found) {
         drop_blunt(&s);
         s.ring = rings_around(&s, s.rings);

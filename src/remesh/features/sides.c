@@ -13,9 +13,8 @@
 static const float FITTED = 1.5f, REACH = 3.25f;
 /* Spread of the normals around a vertex above which it is rough, radians: a turn of 20 degrees in an edge. */
 static const float ROUGH = 0.12f;
-/* Spread of the normals of all triangles of a plane above which it is no side, radians: noise of a tenth of a cell has
- * 0.15, stairs of voxels 0.8. */
-static const float JAGGED = 0.4f;
+/* The same of a plane that is bent. */
+static const float BENT = 0.25f;
 /* What a plane costs a vertex: its spread, the vertex's distance from its plane, and how far away it is. */
 static const float SPREAD_COST = 4, PLANE_COST = 1, FAR_COST = 0.02f;
 /* Length of an edge, as a share of the longest of its triangle: in between for equilateral and right-angled ones. */
@@ -182,11 +181,9 @@ static qw_side_plane plane_at(const side_task *t, uint32_t v, qw_vertex_ball *ba
         point = qw_madd(point, t->area[w], qw_sub(t->s->mesh->position[w], middle));
     }
     if (!(apart > 0)) return (qw_side_plane){0};
-    float together = fminf(qw_length(cross) / apart, 1), all = qw_length(cross) / area;
-    return (qw_side_plane){.point = qw_madd(middle, 1 / area, point),
-                           .normal = qw_normalize(cross),
-                           .spread = sqrtf(2 - 2 * together),
-                           .jagged = all < 1 - 0.5f * JAGGED * JAGGED};
+    float together = fminf(qw_length(cross) / apart, 1);
+    return (qw_side_plane){
+        .point = qw_madd(middle, 1 / area, point), .normal = qw_normalize(cross), .spread = sqrtf(2 - 2 * together)};
 }
 
 static void make_planes(void *user, uint32_t begin, uint32_t end)
@@ -199,7 +196,7 @@ static void make_planes(void *user, uint32_t begin, uint32_t end)
 static float cost_of(const qw_sides *s, uint32_t v, uint32_t c)
 {
     const qw_side_plane *p = &s->plane[c];
-    if (qw_length2(p->normal) == 0 || p->jagged) return INFINITY;
+    if (qw_length2(p->normal) == 0) return INFINITY;
     qw_vec3 d = qw_scale(qw_sub(s->mesh->position[v], p->point), 1 / s->edge[v]);
     float off = qw_dot(d, p->normal);
     return SPREAD_COST * p->spread * p->spread + PLANE_COST * off * off + FAR_COST * qw_length2(d);
@@ -215,7 +212,7 @@ static uint32_t best_around(const qw_sides *s, uint32_t v, const qw_vertex_ball 
         uint32_t c = ball->vertex[i];
         if (less_like != QW_NONE && qw_dot(s->plane[c].normal, s->plane[less_like].normal) > (float)QW_SHARP_COSINE)
             continue;
-        float cost = less_like == QW_NONE ? cost_of(s, v, c) : s->plane[c].jagged ? INFINITY : s->plane[c].spread;
+        float cost = less_like == QW_NONE ? cost_of(s, v, c) : s->plane[c].spread;
         if (cost < least) least = cost, best = c;
     }
     return best;
@@ -310,7 +307,7 @@ static bool seems_banded(const side_task *t)
     for (uint32_t v = 0; v < n && sum.bent < MOST_SEEDS && sum.uneven <= UNEVEN * MOST_SEEDS; v++) {
         if (!s->rough[v] || seen++ % step != 0) continue;
         s->plane[v] = plane_at(t, v, &ball);
-        if (s->plane[v].spread > QW_BENT) try_at(t, v, &sum);
+        if (s->plane[v].spread > BENT) try_at(t, v, &sum);
     }
     return sum.bent > 0 && sum.uneven <= UNEVEN * sum.bent;
 }

@@ -9,13 +9,9 @@
 
 #include "geometry/trimesh.h"
 
-/* A plane whose normals spread by more is bent, radians. */
-#define QW_BENT 0.25f
-
 typedef struct qw_side_plane {
     qw_vec3 point, normal; /* of its plane; the normal 0: not made, no band is near */
     float spread;          /* of the normals of its vertices, radians (root mean square) */
-    bool jagged;           /* its triangles turn so much from one to the next, as stairs do, that it is no side */
 } qw_side_plane;
 
 typedef struct qw_sides {
