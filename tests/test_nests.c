@@ -329,6 +329,27 @@ static void dents_with_a_twin_get_rings(void **state)
     shape_free(&s);
 }
 
+/* Pits in a plate, with sharp edges between their slanted walls and their floors, are no dents: their quads are not to
+   be laid in rings across the edges. */
+static void sharp_pits_are_no_dents(void **state)
+{
+    (void)state;
+    qw_mesh *mesh;
+    qw_context *context;
+    qw_options options;
+    qw_options_init(&options);
+    options.faces = 1500, options.symmetry = QW_SYMMETRY_X;
+    assert_int_equal(qw_load(QW_TEST_DATA "/regress/pits.obj", NULL, &mesh), QW_OK);
+    qw_mesh_view view = qw_mesh_get(mesh);
+    assert_int_equal(qw_create(NULL, &context), QW_OK);
+    assert_int_equal(qw_set_mesh(context, &view), QW_OK);
+    qw_mesh_destroy(mesh);
+    if (qw_run(context, &options) != QW_OK) fail_msg("%s", qw_message(context));
+    assert_int_equal(qw_get_report(context)->symmetric, 1);
+    assert_int_equal(qw_get_report(context)->nests, 0);
+    qw_destroy(context);
+}
+
 /* A ball open in an almond around z, whose boundary turns sharply at both ends. */
 static void at_mouth(double u, double v, double p[3])
 {
@@ -430,15 +451,11 @@ static void lips_have_rings(void **state)
 QW_TEST_SUITE(nests)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(directions_run_around),
-        cmocka_unit_test(necks_are_found),
-        cmocka_unit_test(one_guide_gives_rings),
-        cmocka_unit_test(ovals_have_rings_inside),
-        cmocka_unit_test(loops_on_both_sides_are_one),
-        cmocka_unit_test(a_socket_gets_rings_by_itself),
-        cmocka_unit_test(dents_with_a_twin_get_rings),
-        cmocka_unit_test(openings_have_rings),
-        cmocka_unit_test(lips_have_rings),
+        cmocka_unit_test(directions_run_around),       cmocka_unit_test(necks_are_found),
+        cmocka_unit_test(one_guide_gives_rings),       cmocka_unit_test(ovals_have_rings_inside),
+        cmocka_unit_test(loops_on_both_sides_are_one), cmocka_unit_test(a_socket_gets_rings_by_itself),
+        cmocka_unit_test(dents_with_a_twin_get_rings), cmocka_unit_test(sharp_pits_are_no_dents),
+        cmocka_unit_test(openings_have_rings),         cmocka_unit_test(lips_have_rings),
     };
     return cmocka_run_group_tests_name("nests", tests, NULL, NULL);
 }

@@ -128,7 +128,7 @@ MARKS = [
 ]
 GUIDES = [
     ("NONE", "None", ""),
-    ("CURVE", "Curve", "The splines of a curve object on the surface"),
+    ("CURVE", "Curve", "The splines of a curve object on the surface, or the strokes of a grease pencil"),
     ("EDGES", "Selected Edges", "Edges of the mesh that are selected"),
 ]
 GUIDE_KINDS = [("LOOP", "Edges", "Edges of the quads lie on the guides"), ("DIRECTION", "Direction", "Quads run along the guides")]
@@ -142,7 +142,7 @@ KEEP = [
 
 
 def _is_curve(self, candidate):
-    return candidate.type == "CURVE"
+    return candidate.type in {"CURVE", "GPENCIL", "GREASEPENCIL"}
 
 
 def _annotations():
@@ -226,7 +226,7 @@ def _annotations():
             name="Guides", items=GUIDES, default="NONE", update=_changed, description="Lines on the surface that steer the quads"
         ),
         "guide_curve": bpy.props.PointerProperty(
-            name="Curve", type=bpy.types.Object, poll=_is_curve, update=_changed, description="Its splines are the guides"
+            name="Curve", type=bpy.types.Object, poll=_is_curve, update=_changed, description="Its splines or strokes are the guides"
         ),
         "guide_kind": bpy.props.EnumProperty(name="Guide", items=GUIDE_KINDS, default="LOOP", update=_changed, description="What the guides do"),
         "guide_rings": bpy.props.IntProperty(

@@ -431,6 +431,9 @@ def fingerprint(mesh):
 
 # ---- guides
 
+PENCILS = {"GPENCIL", "GREASEPENCIL"}  # before Blender 4.3, and since
+POINTS_ACROSS, ENDS_MEET = 90, 0.1  # points of a stroke along the surface's diagonal; share of its length
+
 
 def chains(edges):
     """Paths of edges, int32 (k, 2), cut where other than two meet: [(vertices, closed)]."""
@@ -492,12 +495,41 @@ def curve_guides(context, curve):
         bpy.data.curves.remove(data)
 
 
+def pencil_guides(pencil, snapshot):
+    """Polylines of the visible strokes of a grease pencil, in surface coordinates: [(points float64 (n, 3), closed)]. A stroke whose ends nearly meet
+    is closed; points next to the one before are left out, as a hand is not steady."""
+    matrix, spacing, found = np.array(pencil.matrix_world, np.float64), np.linalg.norm(np.ptp(snapshot.vertices, axis=0)) / POINTS_ACROSS, []
+    for layer in pencil.data.layers:
+        frame = layer.current_frame() if hasattr(layer, "current_frame") else layer.active_frame  # Blender 4.3 and later; before
+        if layer.hide or frame is None:
+            continue
+        for stroke in getattr(frame, "drawing", frame).strokes:
+            drawn = np.array([getattr(p, "position", None) or p.co for p in stroke.points], np.float64).reshape(-1, 3)
+            drawn = snapshot.from_world(drawn @ matrix[:3, :3].T + matrix[:3, 3])
+            steps = np.linalg.norm(np.diff(drawn, axis=0), axis=1)
+            closed = getattr(stroke, "cyclic", False) or getattr(stroke, "use_cyclic", False)
+            closed = closed or (len(drawn) > 3 and np.linalg.norm(drawn[-1] - drawn[0]) < ENDS_MEET * steps.sum())
+            kept = []
+            for point in drawn:
+                if not kept or np.linalg.norm(point - kept[-1]) >= spacing:
+                    kept.append(point)
+            if closed and len(kept) > 3 and np.linalg.norm(kept[-1] - kept[0]) < spacing:
+                kept.pop()
+            found.append((np.array(kept).reshape(-1, 3), closed))
+    if not found:
+        raise Refusal(f"the grease pencil {pencil.name} has no strokes")
+    return found
+
+
 def guides_of(context, snapshot, settings):
     """[(kind, closed, points float64 (n, 3) in surface coordinates)]."""
     if settings.guides == "CURVE":
         if settings.guide_curve is None:
             raise Refusal("guides are to come from a curve, but none is chosen")
-        found = [(snapshot.from_world(points), closed) for points, closed in curve_guides(context, settings.guide_curve)]
+        if settings.guide_curve.type in PENCILS:
+            found = pencil_guides(settings.guide_curve, snapshot)
+        else:
+            found = [(snapshot.from_world(points), closed) for points, closed in curve_guides(context, settings.guide_curve)]
     elif settings.guides == "EDGES":
         if not len(snapshot.selected_edges):
             raise Refusal(f"guides are to come from selected edges, but {snapshot.object_name} has none selected")

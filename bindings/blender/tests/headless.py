@@ -11,6 +11,7 @@ import types
 import unittest
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+sys.path.insert(0, os.path.join(sys.path[0], "../../python/tests"))
 
 import bmesh
 import bpy
@@ -20,6 +21,7 @@ from mathutils.kdtree import KDTree
 
 import character
 import common
+import ringed
 from common import fresh, grid, module, places, quads, read, remesh, sphere, state_of, suzanne
 
 MOST_S = 600
@@ -1167,6 +1169,47 @@ class Steering(Case):
         degree = np.bincount(read(obj.data.edges, "vertices", np.int32, 2).ravel(), minlength=len(points))
         height = np.arcsin(np.clip(points[:, 2] / np.linalg.norm(points, axis=1), -1, 1)) - np.arcsin(0.8)
         self.assertTrue((degree[np.abs(height) < 2.5 * edge] == 4).all())  # nothing but rings on both sides
+
+    def test_one_guide_gives_rings(self):
+        """A curve, a stroke of a grease pencil and a selected loop of edges, around an eye, a sleeve and a bolt hole."""
+        for name in ringed.PLACES:
+            for guide in ("curve", "pencil", "edges"):
+                settings = fresh()
+                points, faces, loop = ringed.make(name)
+                mesh = bpy.data.meshes.new(name)
+                mesh.from_pydata(points, [], faces.tolist())
+                obj = bpy.data.objects.new(name, mesh)
+                bpy.context.scene.collection.objects.link(obj)
+                bpy.context.view_layer.objects.active = obj
+                if guide == "curve":
+                    drawn = bpy.data.curves.new("Loop", "CURVE")
+                    drawn.dimensions = "3D"
+                    spline = drawn.splines.new("POLY")
+                    spline.points.add(len(loop) - 1)
+                    spline.points.foreach_set("co", np.c_[loop, np.ones(len(loop))].reshape(-1))
+                    spline.use_cyclic_u = True
+                if guide == "pencil":
+                    drawn = bpy.data.grease_pencils.new("Loop")
+                    drawn.layers.new("Hidden").hide = True
+                    stroke = drawn.layers.new("Lines").frames.new(0, active=True).strokes.new()
+                    shaking = ringed.at(name, ringed.PLACES[name][2], 200) + 2e-3 * np.sin(np.arange(600) ** 2).reshape(200, 3)
+                    stroke.points.add(198)  # by hand: it nearly meets its beginning
+                    stroke.points.foreach_set("co", shaking[:198].astype(np.float32).reshape(-1))
+                if guide == "edges":
+                    row = round(ringed.PLACES[name][2] * ringed.ALONG)
+                    first = int(np.linalg.norm(points - ringed.at(name, row / ringed.ALONG, 1)[0], axis=1).argmin())
+                    ends = read(mesh.edges, "vertices", np.int32, 2)
+                    mesh.vertices.foreach_set("select", np.zeros(len(points), bool))
+                    mesh.polygons.foreach_set("select", np.zeros(len(faces), bool))
+                    mesh.edges.foreach_set("select", ((ends >= first) & (ends < first + ringed.AROUND)).all(1))
+                    settings.guides = "EDGES"
+                else:
+                    settings.guides, settings.guide_curve = "CURVE", bpy.data.objects.new("Loop", drawn)
+                    bpy.context.scene.collection.objects.link(settings.guide_curve)
+                settings.target, settings.faces, settings.guide_rings = "FACES", 3000, 3
+                remesh()
+                found = ringed.rings(name, places(obj.data), quads(obj.data))
+                self.assertTrue(min(found) >= 1 and sum(found) >= 4, f"{name}, {guide}: {found}")
 
     def test_guide_as_direction(self):
         """Quads run along a line that is slanted on a plate, which they would not do by themselves."""

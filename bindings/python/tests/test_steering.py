@@ -4,6 +4,7 @@ import subprocess
 import numpy as np
 import pytest
 import quadwright
+import ringed
 from quadwright import Attribute, Guide
 
 
@@ -73,6 +74,21 @@ def test_guides(tool, tmp_path, surface):
     for wrong in ({"rings": 2}, {"rings": -1, "closed": True}, {"rings": 2, "closed": True, "kind": "direction"}, {"rings": True, "closed": True}):
         with pytest.raises(ValueError, match="^rings: "):
             Guide(loop, **wrong)
+
+
+@pytest.mark.parametrize("name", ringed.PLACES)
+def test_one_guide_gives_rings(tool, tmp_path, name):
+    """In Python, and in the command line tool with the guide in a file."""
+    points, faces, loop = ringed.make(name)
+    result = quadwright.remesh(points, faces, guides=[Guide(loop, closed=True, rings=3)], faces=3000)
+    found = ringed.rings(name, result.vertices, result.quads)
+    assert min(found) >= 1 and sum(found) >= 4  # on each side, beside the loop itself
+    source, guides = tmp_path / "in.ply", tmp_path / "guides.obj"
+    quadwright.save(source, points, faces)
+    guides.write_text("g rings 3\n" + "".join("v %.17g %.17g %.17g\n" % tuple(p) for p in loop) + "l " + " ".join(map(str, [*range(1, 13), 1])) + "\n")
+    subprocess.run([tool, source, "-o", tmp_path / "theirs.obj", "--faces", "3000", "-q", "--guides", guides], check=True)
+    result.save(tmp_path / "ours.obj")
+    assert (tmp_path / "ours.obj").read_bytes() == (tmp_path / "theirs.obj").read_bytes()
 
 
 @pytest.mark.parametrize("guides, error, says", [

@@ -234,14 +234,31 @@ static double mean_row(double ratio) { return ratio < 1 + 1e-3 ? 1 : (ratio - 1)
 typedef struct side_fit {
     float width;  /* 0: none was found */
     double ratio; /* length of its far rim over that of the curve */
+    double even;  /* the edge of as many quads of one size as are wanted on it */
 } side_fit;
 
-static side_fit measure(nesting *g, uint32_t nest, int side)
+/* Of what was grown last. */
+static double even_edge(const nesting *g, const float *size)
+{
+    double area = 0, quads = 0;
+    for (uint32_t i = 0; i < g->face_count; i++) {
+        double a = 0.5 * (double)qw_length(qw_face_cross(g->mesh, g->face[i]));
+        area += a;
+        for (uint32_t k = 0; k < 3; k++) {
+            double edge = (double)size[corner_of(g, 3 * i + k)];
+            quads += a / (3 * edge * edge);
+        }
+    }
+    return sqrt(area / quads);
+}
+
+static side_fit measure(nesting *g, uint32_t nest, int side, const float *size)
 {
     const qw_nest *n = &g->nests->nest[nest];
     double length = ring_length(n) / (is_closed(n) ? 1 : 2);
-    side_fit fit = {grow_widest(g, nest, side, n->reach[side]), 1};
+    side_fit fit = {grow_widest(g, nest, side, n->reach[side]), 1, INFINITY};
     if (fit.width == 0) return fit;
+    fit.even = even_edge(g, size);
     double by = growth(g, nest, length);
     fit.ratio = fmin(1 + (double)fit.width * by, MOST_RATIO);
     if (fit.ratio < LEAST_RATIO) fit.ratio = LEAST_RATIO, fit.width = (float)((LEAST_RATIO - 1) / by);
@@ -292,7 +309,8 @@ static void fit_nest(nesting *g, uint32_t nest, float *size)
     side_fit fit[QW_SIDES];
     double radius = ring_length(n) / (2 * QW_PI);
     double edge = fmin(mean_on_curve(g, nest, size), ring_length(n) / QW_LEAST_AROUND);
-    for (int side = 0; side < QW_SIDES; side++) fit[side] = measure(g, nest, side);
+    for (int side = 0; side < QW_SIDES; side++) fit[side] = measure(g, nest, side, size);
+    edge = fmin(edge, fmin(fit[QW_LEFT].even, fit[QW_RIGHT].even));
     for (int side = 0; side < QW_SIDES; side++) /* a side with half the room that the inside of a circle has counts */
         if ((double)fit[side].width > 0.5 * (1 - LEAST_RATIO) * radius)
             edge = fmin(edge, (double)fit[side].width / (n->rings * mean_row(fit[side].ratio)));
