@@ -7,7 +7,7 @@ import { join } from 'node:path';
 import { before, test } from 'node:test';
 import { gzipSync } from 'node:zlib';
 import { serve } from './serve.js';
-import { folder, native, openBrowser, parseObj, read, root, shape, web } from './tools.js';
+import { folder, native, openBrowser, parseObj, read, ringsAround, root, shape, web } from './tools.js';
 
 const project = join(folder, 'project');
 let quadwright;
@@ -112,12 +112,20 @@ test('density, guides and a region steer a run as they do the native one', async
   native(path, '-o', 'dense.obj', '--faces', `${faces}`, '--density', 'density.txt');
   const dense = await quadwright.remesh(positions, indices, { faces, density });
   assert.deepEqual([...dense.positions], parseObj(read('dense.obj')).positions);
+  const nearest = (x, y) => density.reduce((best, _, v) => (Math.hypot(positions[3 * v] - x, positions[3 * v + 1] - y) < Math.hypot(positions[3 * best] - x, positions[3 * best + 1] - y) ? v : best), 0);
   const inner = 3 * Math.floor(indices.length / 6), points = [0, 1].flatMap((i) => positions.slice(3 * indices[inner + i], 3 * indices[inner + i] + 3));
   writeFileSync(join(folder, 'guides.obj'), `v ${points.slice(0, 3).join(' ')}\nv ${points.slice(3).join(' ')}\nl 1 2\n`);
   native(path, '-o', 'guided.obj', '--faces', `${faces}`, '--guides', 'guides.obj');
   const guided = quadwright.remeshSync(positions, indices, { faces, guides: [{ points }] });
   assert.deepEqual([...guided.positions], parseObj(read('guided.obj')).positions);
   assert.ok(guided.report.guide_edges > 0);
+  const loop = Array.from({ length: 12 }, (_, i) => i * Math.PI / 6).flatMap((a) => positions.slice(3 * nearest(1.3 + 0.8 * Math.cos(a), 2 + 0.8 * Math.sin(a))).slice(0, 3));
+  writeFileSync(join(folder, 'rings.obj'), `g rings 3\n${loop.map((x, i) => (i % 3 ? x : `\nv ${x}`)).join(' ')}\nl 1 2 3 4 5 6 7 8 9 10 11 12 1\n`);
+  native(path, '-o', 'ringed.obj', '--faces', '2000', '--guides', 'rings.obj');
+  const ringed = quadwright.remeshSync(positions, indices, { faces: 2000, guides: [{ points: loop, closed: true, rings: 3 }] });
+  assert.deepEqual([...ringed.positions], parseObj(read('ringed.obj')).positions);
+  const rings = [0.95, 2].map((reach) => ringsAround(read('ringed.obj'), loop, reach));
+  assert.ok(rings[0] >= 2 && rings[1] - rings[0] >= 3, `${rings}`); // the loop itself is one of these
   const region = Uint8Array.from({ length: indices.length / 3 }, (_, f) => (positions[3 * indices[3 * f]] > 0 ? 1 : 0));
   const partly = await quadwright.remesh(positions, indices, { faces, region });
   const stayed = partly.rest.faceSizes.length, outside = region.filter((x) => x === 0).length;

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { copyFileSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import { basename, join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { folder, measure, native, openBrowser, paint, read, shape, web } from './tools.js';
+import { folder, measure, native, openBrowser, paint, parseObj, read, ringsAround, shape, web } from './tools.js';
 import { serve } from './serve.js';
 
 const COMPRESSED_LIMIT = 1180000; // bytes, of all files of a page: with one of the two modules
@@ -411,6 +411,29 @@ test('a guide is drawn on the surface, edges lie on it, and a link carries it', 
   await visit(`${server.url}${link}`);
   await settled();
   assert.ok((await download('save-obj')).equals(bytes));
+  assert.deepEqual(faults, []);
+});
+
+test('a loop that is drawn with rings has closed rows on both sides', async () => {
+  await visit(`${server.url}#sample=sheet&faces=3000`);
+  await settled();
+  sampleFile('sheet');
+  const plain = await download('save-obj');
+  await page.check('input[name=tool][value=guide]');
+  await page.selectOption('#kind', 'rings');
+  await settings({ rings: 4 });
+  const { x, y, step } = await surfacePlace();
+  await drag(Array.from({ length: 17 }, (_, i) => [x + 2.5 * step * Math.cos(i * Math.PI / 8), y - step + 2.5 * step * Math.sin(i * Math.PI / 8)]));
+  await page.waitForFunction(() => /Guides: 1/.test(document.getElementById('steer-hint').textContent));
+  await settled();
+  assert.equal(await errorOf(), null);
+  await keep('save-guides', 'sheet-guides.obj');
+  const drawn = read('sheet-guides.obj'), loop = parseObj(drawn).positions, made = await download('save-obj');
+  assert.match(drawn.toString(), /^g rings 4$/m);
+  assert.ok(made.equals(await nativeResult('obj')));
+  assert.equal(ringsAround(plain, loop, 2), 0);
+  const inside = ringsAround(made, loop, 0.95), all = ringsAround(made, loop, 2);
+  assert.ok(inside >= 2 && all - inside >= 3, `${inside} of ${all}`); // the loop itself is one of these
   assert.deepEqual(faults, []);
 });
 

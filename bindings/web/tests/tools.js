@@ -40,6 +40,36 @@ export function parseObj(text) {
   return { positions, indices };
 }
 
+/* How many loops of edges that go straight on and close, on a surface seen along z, wind once around the middle of a guide, no farther from it than so
+ * many of its radii. quads: an OBJ file; loop: three numbers a point. */
+export function ringsAround(quads, loop, reach) {
+  const lines = quads.toString().split('\n'), points = lines.filter((l) => l.startsWith('v ')).map((l) => l.split(' ').slice(1, 3).map(Number));
+  const ahead = new Map(), degree = new Map(), key = (a, b) => a * points.length + b;
+  for (const f of lines.filter((l) => l.startsWith('f ')).map((l) => l.split(' ').slice(1).map((w) => parseInt(w, 10) - 1))) {
+    f.forEach((a, i) => {
+      ahead.set(key(a, f[(i + 1) % 4]), [f[(i + 1) % 4], f[(i + 2) % 4]]);
+      degree.set(a, (degree.get(a) ?? 0) + 1);
+    });
+  }
+  const n = loop.length / 3, middle = [0, 1].map((k) => loop.filter((_, i) => i % 3 === k).reduce((a, b) => a + b) / n);
+  const off = ([x, y]) => [x - middle[0], y - middle[1]], radius = Math.max(...Array.from({ length: n }, (_, i) => Math.hypot(...off(loop.slice(3 * i, 3 * i + 2)))));
+  const seen = new Set();
+  let rings = 0;
+  for (const start of ahead.keys()) {
+    let at = start, turn = 0, near = true;
+    while (at !== undefined && !seen.has(at)) {
+      seen.add(at);
+      const b = at % points.length, a = (at - b) / points.length, [p, q] = [off(points[a]), off(points[b])];
+      turn += Math.atan2(p[0] * q[1] - p[1] * q[0], p[0] * q[0] + p[1] * q[1]);
+      near &&= Math.hypot(...p) < reach * radius;
+      const [c, d] = ahead.get(at);
+      at = degree.get(b) === 4 ? ahead.get(key(d, c)) && key(...ahead.get(key(d, c))) : undefined;
+    }
+    if (at === start && near && Math.abs(turn - 2 * Math.PI) < 1e-6) rings++; // each is walked both ways
+  }
+  return rings;
+}
+
 export async function openBrowser() {
   const { chromium } = await import('playwright-core');
   const executablePath = process.env.CHROMIUM ?? '/usr/bin/chromium';
