@@ -55,8 +55,8 @@ void qw_smooth_guide(const qw_run_state *run, uint32_t guide, const qw_vec3 *poi
 static const double NEST_SHARE = 0.15;
 
 /* Rings on each side of a neck for which edges are short enough, at strength 0.5: as many as rows lie across so many
-   quads, at most MOST_RINGS, and a share of that around a dent. And of those that have room anyway. */
-static const double QUADS_OF_RINGS = 350, OF_DENT = 0.6;
+   quads, at most MOST_RINGS. And of those that have room anyway. */
+static const double QUADS_OF_RINGS = 350;
 enum { MOST_RINGS = 6, LEAST_RINGS = 3 };
 
 qw_nests qw_nests_of_guides(const qw_run_state *run, double rho)
@@ -90,8 +90,7 @@ qw_nests qw_nests_of_guides(const qw_run_state *run, double rho)
         if (!qw_fits_on_neck(n->point, n->point_count, rho, run->necks.kind[i]))
             continue; /* without rings: none of them */
         n->ends_inside = run->necks.kind[i] == QW_DENT;
-        double rings = n->ends_inside ? OF_DENT * wanted : wanted;
-        n->rings = fmax(run->necks.kind[i] == QW_LIMB ? rings : fmin(rings, most), 1);
+        n->rings = fmax(run->necks.kind[i] == QW_LIMB ? wanted : fmin(wanted, most), 1);
         n->most_rings = n->ends_inside ? n->rings : fmax(LEAST_RINGS, n->rings);
     }
     return nests;
