@@ -693,31 +693,6 @@ TEST(slivers_of_a_fan_are_merged)
     }
 }
 
-/* A flat comb: a fan leads from one end of its back to the feet of all teeth, none of which can be merged. Cut each by
-   itself, its slivers would make 180,000 faces, folded over one another. */
-TEST(slivers_between_a_side_and_many_corners_are_flipped)
-{
-    enum { TEETH = 1000 };
-    builder b = {.env = env};
-    uint32_t start = point(&b, 0, -0.002, 0), last = point(&b, 0, 0, 0);
-    for (int k = 0; k < TEETH; k++) {
-        double left = (k + 0.3) / TEETH, right = (k + 0.7) / TEETH;
-        uint32_t foot = point(&b, left, 0, 0), other = point(&b, right, 0, 0), tip = point(&b, right, 0.02, 0);
-        quad(&b, foot, other, tip, point(&b, left, 0.02, 0));
-        triangle(&b, start, foot, last);
-        triangle(&b, start, other, foot);
-        last = other;
-    }
-    uint32_t end = point(&b, 1, 0, 0);
-    triangle(&b, start, end, last);
-    triangle(&b, start, point(&b, 1, -0.002, 0), end);
-    qw_trimesh mesh = finish(&b, 0);
-    qw_working w = run(env, &mesh, 0.004f);
-    assert_true(w.mesh.face_count < 30000);
-    assert_float_equal(qw_trimesh_area(&w.mesh), 0.01, 1e-5);
-    assert_float_equal(curve_length(&w.mesh, true), curve_length(&mesh, true), 1e-2);
-}
-
 TEST(thin_protrusions_lower_the_target)
 {
     qw_trimesh mesh = make_torus(env, 1000, 12, 0.003);
@@ -839,7 +814,6 @@ QW_TEST_SUITE(working)
         cmocka_unit_test(caps_of_no_area_vanish),
         cmocka_unit_test(coarse_triangles_are_cut_without_slivers),
         cmocka_unit_test(slivers_of_a_fan_are_merged),
-        cmocka_unit_test(slivers_between_a_side_and_many_corners_are_flipped),
         cmocka_unit_test(thin_protrusions_lower_the_target),
         cmocka_unit_test(targets_may_vary),
         cmocka_unit_test(the_bytes_do_not_depend_on_threads),

@@ -180,63 +180,6 @@ uint32_t qw_split_pass(qw_reshape *r, float above, qw_pass p)
     return done;
 }
 
-static bool has_long_curve(const qw_edit *e, uint32_t f, const void *user)
-{
-    const float *above = user;
-    for (uint32_t h = 4 * f; h < 4 * f + 3; h++)
-        if (qw_edit_on_curve(e, h) && qw_edge_ratio2(e, h) > *above * *above) return true;
-    return false;
-}
-
-/* Half-edges that may have to flip. */
-typedef struct flip_list {
-    uint32_t *half;
-    size_t count, capacity;
-} flip_list;
-
-static void list_half(qw_env *env, flip_list *l, uint32_t h)
-{
-    l->half = qw_grow(env, l->half, &l->capacity, l->count + 1, sizeof *l->half);
-    l->half[l->count++] = h;
-}
-
-/* Flips edges around vertex v, and around those that flip, until all are Delaunay. */
-static void flip_around(qw_reshape *r, uint32_t v, flip_list *l)
-{
-    qw_edit *e = &r->edit;
-    uint32_t start = e->vertex[v].out, h = start, done = 0;
-    do {
-        list_half(e->env, l, qw_edit_next(h));
-        h = qw_edit_around(e, h);
-    } while (h != QW_NONE && h != start);
-    while (l->count > 0) {
-        h = l->half[--l->count];
-        uint32_t g = qw_edit_twin(e, h);
-        if (g == QW_NONE || done == MOST_SPLITS || !qw_reshape_flip(r, h)) continue;
-        if (++done % SCAN == 0) qw_heartbeat(e->env);
-        list_half(e->env, l, qw_edit_next(h)), list_half(e->env, l, qw_edit_prev(h));
-        list_half(e->env, l, qw_edit_next(g)), list_half(e->env, l, qw_edit_prev(g));
-    }
-}
-
-uint32_t qw_split_curves_pass(qw_reshape *r, float above, qw_pass p)
-{
-    qw_edit *e = &r->edit;
-    uint32_t done = 0, count = e->face_count;
-    flip_list list = {0};
-    uint8_t *flag = flag_faces(e, has_long_curve, &above);
-    for (uint32_t f = 0; f < count; f++) {
-        tell(&p, f, count);
-        for (uint32_t h = 4 * f; flag[f] && h < 4 * f + 3; h++) {
-            if (!qw_edit_on_curve(e, h) || !(qw_edge_ratio2(e, h) > above * above) || !qw_reshape_split(r, h)) continue;
-            flip_around(r, e->vertex_count - 1, &list);
-            done++;
-        }
-    }
-    qw_free(e->env, list.half), qw_free(e->env, flag);
-    return done;
-}
-
 static uint32_t flip_face(qw_reshape *r, uint32_t f, bool inner)
 {
     qw_edit *e = &r->edit;

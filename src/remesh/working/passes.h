@@ -33,9 +33,6 @@ uint32_t qw_longest_edge(const qw_edit *e, uint32_t f, float *longest2);
 uint32_t qw_collapse_pass(qw_reshape *r, float below, float longest, qw_pass p);
 /* Splits edges longer than `above`, the longest of their faces first. */
 uint32_t qw_split_pass(qw_reshape *r, float above, qw_pass p);
-/* Splits edges on curves that are longer than that, whatever else is longer, and makes the faces around each new vertex
-   Delaunay at once: a face between a long side and a chain of many short ones is then no fan of slivers. */
-uint32_t qw_split_curves_pass(qw_reshape *r, float above, qw_pass p);
 /* Flips edges toward Delaunay. */
 uint32_t qw_flip_pass(qw_reshape *r, qw_pass p);
 /* Moves free vertices to the middle of their neighbours, on the surface. */

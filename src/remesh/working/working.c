@@ -305,18 +305,6 @@ static double needed_above(const face_need *need, uint32_t all, float above)
     return all + lines / (double)above + need->needed / ((double)above * (double)above);
 }
 
-/* Cuts curves first, from the longest edges downward, where cutting each sliver between them by itself would make a
-   crowd. */
-static void cut_curves(qw_reshape *r, qw_pass p)
-{
-    const qw_edit *e = &r->edit;
-    face_need need = count_needed(e);
-    if (!(need.cut > MUCH_CUT * need.needed)) return;
-    float above = fmaxf(0.5f * sqrtf(longest_of_all2(e)), LONG);
-    for (uint32_t pass = 0; pass < MAX_REFINE_PASSES; pass++, above = fmaxf(0.5f * above, LONG))
-        if (qw_split_curves_pass(r, above, p) == 0 && above <= LONG) return;
-}
-
 /* From the longest edges downward, Delaunay on the way, so that huge triangles are not cut into slivers. Halving the
    edges of a needle leaves vertices side by side; where these are a crowd they are drawn together on the way. */
 static void refine(qw_reshape *r, qw_pass p)
@@ -473,7 +461,6 @@ static qw_working make_working(qw_env *env, const qw_trimesh *input, const qw_ce
     merge_slivers(&r, (qw_pass){env, 0.5, 0.5});
     grade_unless_cut(&r.edit);
     uint32_t packed = r.edit.vertex_count;
-    cut_curves(&r, (qw_pass){env, 0.5, 0.5});
     refine(&r, (qw_pass){env, 0.5, 0.6});
     if (r.edit.vertex_count > packed + packed / 4) qw_edit_pack(&r.edit); /* what was added lies anywhere */
     even_out(&r, (qw_pass){env, 0.6, 0.95});
