@@ -7,7 +7,7 @@
 #include <math.h>
 
 /* Weights of edges between obtuse triangles are raised to this. */
-static const double LEAST_WEIGHT = 0.02, TOLERANCE = 1e-2;
+static const double LEAST_WEIGHT = 0.02, TOLERANCE = 1e-3;
 
 typedef struct diffusion {
     uint32_t vertices, edges, *end; /* uint32_t[2 edges] */
