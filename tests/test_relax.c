@@ -322,6 +322,28 @@ static void lines_are_those_of_the_place(void **state)
     qw_env_destroy(env);
 }
 
+/* Two sharp lines closer than an edge: vertices that start nearer to the wrong one still end on their own. */
+static void keeps_to_its_curve(void **state)
+{
+    (void)state;
+    qw_env *env = qw_env_create(NULL, 2);
+    qw_trimesh plate = unit_grid(env, 40, 40, false, false);
+    for (uint32_t h = 0; h < 3 * plate.face_count; h++) {
+        qw_vec3 a = plate.position[plate.corner[h]], b = plate.position[plate.corner[qw_next(h)]];
+        plate.mark[h] = a.x == b.x && (fabsf(a.x - 0.5f) < 1e-4f || fabsf(a.x - 0.525f) < 1e-4f) ? QW_MARK_FEATURE : 0;
+    }
+    qw_quadmesh q = unit_sheet(env, 10, 10);
+    for (uint32_t y = 0; y <= 10; y++) {
+        uint32_t v = 11 * y + 5;
+        q.kind[v] = y % 10 ? QW_VERTEX_CURVE : QW_VERTEX_CORNER;
+        if (y == 3 || y == 4 || y == 8) q.position[v].x = 0.52f;
+        if (y < 10) q.mark[4 * (10 * y + 5) + 3] = q.mark[4 * (10 * y + 4) + 1] = QW_MARK_FEATURE;
+    }
+    qw_vec3 *p = qw_relax_quads(env, &q, &plate, &even);
+    for (uint32_t y = 0; y <= 10; y++) assert_true(fabsf(p[11 * y + 5].x - 0.5f) < 1e-6f);
+    qw_env_destroy(env);
+}
+
 /* Two sides of a wall a tenth of an edge thick, the lower one facing down. */
 static void keeps_to_its_side(void **state)
 {
@@ -487,7 +509,7 @@ QW_TEST_SUITE(relax)
         cmocka_unit_test(follows_a_size),
         cmocka_unit_test(held_vertices_stay),
         cmocka_unit_test(lines_are_those_of_the_place),
-
+        cmocka_unit_test(keeps_to_its_curve),
         cmocka_unit_test(keeps_to_its_side),
         cmocka_unit_test(same_at_any_thread_count),
         cmocka_unit_test(diagonals_follow_ridges),

@@ -1,7 +1,9 @@
 /* Which curve of the input (sharp edges, boundary) each curve vertex of the quads belongs to, and where on it.
  *
- * It is the nearest one. Corners are pinned to the input's corners; curves end there and where other than two of their
- * edges meet.
+ * Curve vertices that neighbour one another along constrained edges of the quads form chains, from corner to corner or
+ * closed. A chain belongs to the one input curve that most of its vertices are nearest to, so that a vertex never lands
+ * on a curve that merely runs close by. Corners are pinned to the input's corners; curves end there and where other
+ * than two of their edges meet.
  */
 #pragma once
 
