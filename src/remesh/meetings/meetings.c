@@ -186,20 +186,26 @@ static void meet_all(qw_env *env, meeting_search *s, qw_meeting_counts *counts, 
     qw_tries_end(s->tries);
 }
 
-/* Searches on for strips that do not cross themselves, from the best offsets so far. What it finds is taken unless all
-   lines together become longer by more quads than there are fewer in such strips. */
+/* Searches on for strips that do not cross themselves, from the best offsets so far. Of what the searches find the
+   best is taken; nothing of it where all lines together become longer by more quads than there are fewer in such
+   strips. */
 static void straighten_strips(qw_env *env, meeting_search *s, double share)
 {
     qw_complex *c = &s->now.source;
-    memcpy(c->d, s->best, c->edge_count * sizeof *c->d);
-    qw_strip_search_counts counts = qw_search_strips(env, &s->terms, c, share, lane_bytes(s));
-    qw_int2 *d = memcpy(QW_NEW(env, qw_int2, c->edge_count), c->d, c->edge_count * sizeof *d);
-    qw_measured_layout_fill(&s->terms, &s->now, d);
-    bool pays = s->now.lines < s->best_lines + counts.freed;
-    qw_acted(env, QW_MECH_STRIPS, counts.tried), qw_kept(env, QW_MECH_STRIPS, pays ? counts.kept : 0);
-    if (!pays) return;
-    memcpy(s->best, d, c->edge_count * sizeof *d);
-    s->best_lines = s->now.lines;
+    size_t bytes = c->edge_count * sizeof *c->d;
+    memcpy(c->d, s->best, bytes);
+    qw_strip_find found[QW_STRIP_SEARCHES];
+    uint32_t count = qw_search_strips(env, &s->terms, c, share, lane_bytes(s), found);
+    double least = INFINITY, had = s->best_lines;
+    for (uint32_t i = 0; i < count; i++) {
+        qw_acted(env, QW_MECH_STRIPS, found[i].tried);
+        qw_measured_layout_fill(&s->terms, &s->now, found[i].d);
+        double lines = s->now.lines;
+        if (lines >= had + found[i].freed || found[i].score >= least) continue;
+        least = found[i].score, s->best_lines = lines;
+        memcpy(s->best, found[i].d, bytes);
+        qw_kept(env, QW_MECH_STRIPS, found[i].kept);
+    }
 }
 
 /* The layout as it comes, with all that does not change during the search. In the current scope. */

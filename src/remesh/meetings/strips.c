@@ -246,3 +246,25 @@ void qw_undo_strips(qw_env *env, const qw_complex *c, qw_strip_room *r, const ui
     if (r->is_laid_anew || !link_anew(c, r, face, count)) qw_count_strips(env, c, r);
     r->is_laid_anew = false;
 }
+
+uint32_t qw_list_strip(qw_strip_room *r, uint32_t place, uint32_t *list)
+{
+    uint32_t count = 0, number = ++r->numbers;
+    r->number[place] = number, list[count++] = place;
+    for (uint32_t way = 0; way < 2; way++)
+        for (uint32_t a = 2 * place + way, b; (b = r->link[a].beyond) != QW_NONE && r->number[b / 2] != number;
+             a = b ^ 1u)
+            r->number[b / 2] = number, list[count++] = b / 2;
+    return count;
+}
+
+uint32_t qw_component_of_place(const qw_complex *c, const qw_strip_room *r, uint32_t place)
+{
+    uint32_t low = 0, high = 2 * c->edge_count;
+    while (high - low > 1) {
+        uint32_t middle = (low + high) / 2;
+        if (r->first[middle] <= place) low = middle;
+        else high = middle;
+    }
+    return low;
+}

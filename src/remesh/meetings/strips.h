@@ -51,3 +51,8 @@ double qw_change_strips(qw_env *env, const qw_complex *c, qw_strip_room *room, c
                         double most);
 void qw_keep_strips(qw_strip_room *room);
 void qw_undo_strips(qw_env *env, const qw_complex *c, qw_strip_room *room, const uint32_t *face, uint32_t count);
+
+/* After a count: lists the places of the strip through one, uint32_t[places]. Returns how many. */
+uint32_t qw_list_strip(qw_strip_room *room, uint32_t place, uint32_t *list);
+/* The component that has the place: 2 edge + (it is y). */
+uint32_t qw_component_of_place(const qw_complex *c, const qw_strip_room *room, uint32_t place);

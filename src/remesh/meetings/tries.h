@@ -4,6 +4,7 @@
 
 #include "base/lanes.h"
 #include "remesh/meetings/candidates.h"
+#include "remesh/meetings/strips.h"
 #include "remesh/quantise/closed_curves.h"
 
 /* What decides whether a try is kept: the same for all of a search. */

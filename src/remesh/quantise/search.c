@@ -195,17 +195,20 @@ static bool meet_coarse(qw_env *env, qw_components *components, const qw_search 
     return qw_search_miss(s, &other->sum) <= qw_search_miss(s, &s->sum);
 }
 
-/* What lines and distortion cost together, in quads. */
+/* What lines, strips that cross themselves and distortion cost together, in quads. */
 static double score_lines(qw_env *env, const qw_search *s, const qw_meeting_counts *m)
 {
-    double energy = 0;
+    double energy = 0, crossing = 0;
+    qw_strip_room room;
     for (uint32_t p = 0; p < s->components->count; p++) {
         qw_complex c = *qw_search_complex(s, p);
         c.d = s->kept[p].d, c.real = QW_NEW(env, qw_real2, c.edge_count);
         qw_trial_aim(qw_search_complex(s, p), &s->kept[p], c.real);
         energy += qw_complex_energy(&c);
+        room = (qw_strip_room){0};
+        crossing += qw_count_strips(env, &c, &room).crossing_area;
     }
-    return (double)m->length_after + ENERGY_WORTH * energy;
+    return (double)m->length_after + crossing + ENERGY_WORTH * energy;
 }
 
 /* With as few quads first as serve, else with all. Where there are few cones lines meet with all as well, and the
