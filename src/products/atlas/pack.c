@@ -8,6 +8,7 @@
 #include "products/atlas/pack.h"
 
 #include "base/hash.h"
+#include "base/sort.h"
 #include "products/atlas/mask.h"
 #include "base/elementary.h"
 #include "geometry/polygons.h"
@@ -55,6 +56,7 @@ typedef struct packer {
     uint32_t tried, batches;       /* batches so far, of so many; 0: nobody is told */
     double scale;                  /* cells a unit of length */
     double *area, *key;            /* double[count] */
+    uint64_t *item;                /* uint64_t[count]: of sorting */
     double total;
     qw_mask *thin, *wide, *scratch;  /* qw_mask[count][4]: of this scale */
     qw_mask_run *run;                /* of the wide masks, one after the other; NULL while pieces are pushed */
@@ -229,12 +231,15 @@ static void copy_packing(const packer *k, packing *to, const packing *from)
     to->top = from->top, to->kept = 0;
 }
 
-static void sort_by(uint32_t *order, const double *key, uint32_t count)
+/* The highest key first. In single precision by a sort of integers, and what that leaves by insertion. */
+static void sort_by_key(packer *k, uint32_t *order)
 {
-    for (uint32_t i = 0; i < count; i++) {
-        uint32_t at = i;
-        for (; at > 0 && key[order[at - 1]] < key[i]; at--) order[at] = order[at - 1];
-        order[at] = i;
+    for (uint32_t i = 0; i < k->count; i++) k->item[i] = (uint64_t)~qw_signed_float_key((float)k->key[i]) << 32 | i;
+    qw_sort_u64(k->item, k->count);
+    for (uint32_t i = 0; i < k->count; i++) {
+        uint32_t at = i, piece = (uint32_t)k->item[i];
+        for (; at > 0 && k->key[order[at - 1]] < k->key[piece]; at--) order[at] = order[at - 1];
+        order[at] = piece;
     }
 }
 
@@ -250,10 +255,10 @@ static void keep_alike(const packer *k, packing *a)
 static double chance(uint64_t seed) { return (double)(qw_mix(seed) >> 11) / 9007199254740992.0; }
 
 /* By area, each times a number about 1. */
-static void order_by_chance(const packer *k, packing *a, uint64_t seed)
+static void order_by_chance(packer *k, packing *a, uint64_t seed)
 {
     for (uint32_t i = 0; i < k->count; i++) k->key[i] = k->area[i] * (0.4 + 1.2 * chance(seed << 20 | i));
-    sort_by(a->order, k->key, k->count);
+    sort_by_key(k, a->order);
     memset(a->turn, ANY_TURN, k->count), a->kept = 0;
 }
 
@@ -268,7 +273,7 @@ static void begin_orders(packer *k)
             const double by[4] = {k->area[i], fmax(size[0], size[1]), size[0] + size[1], size[0] * size[1]};
             k->key[i] = by[s];
         }
-        if (s < 4) sort_by(k->slot[s].order, k->key, k->count);
+        if (s < 4) sort_by_key(k, k->slot[s].order);
     }
     copy_packing(k, &k->best, &k->slot[0]); /* until something is placed */
 }
@@ -483,7 +488,7 @@ static bool move_over(packer *k, const packing *from, double times, int64_t with
 {
     memset(k->pushed.row, 0, (size_t)k->pushed.down * k->pushed.words * sizeof *k->pushed.row);
     for (uint32_t i = 0; i < k->count; i++) k->key[i] = -(double)(from->at[i].x + from->at[i].y);
-    sort_by(to->order, k->key, k->count);
+    sort_by_key(k, to->order);
     for (uint32_t n = 0; n < k->count; n++) {
         uint32_t i = to->order[n];
         spot s = from->at[i];
@@ -508,7 +513,7 @@ static bool push_all(packer *k, packing *a, int axis, int64_t within)
 {
     bool has_moved = false;
     for (uint32_t i = 0; i < k->count; i++) k->key[i] = -(double)(axis ? a->at[i].y : a->at[i].x);
-    sort_by(a->order, k->key, k->count);
+    sort_by_key(k, a->order);
     for (uint32_t n = 0; n < k->count; n++) {
         uint32_t i = a->order[n];
         spot *s = &a->at[i], was = *s;
@@ -636,6 +641,7 @@ qw_packing qw_pack(qw_env *env, qw_piece *piece, uint32_t count, const qw_pack_o
     if (count == 0) return found;
     qw_scope_begin(env);
     k.area = QW_NEW_ZERO(env, double, count), k.key = QW_NEW(env, double, count);
+    k.item = QW_NEW(env, uint64_t, count);
     k.slots = EFFORT / count < 1 ? 1 : EFFORT / count < SLOTS ? EFFORT / count : SLOTS;
     k.thin = QW_NEW_ZERO(env, qw_mask, 4 * (size_t)count), k.wide = QW_NEW_ZERO(env, qw_mask, 4 * (size_t)count);
     k.scratch = QW_NEW_ZERO(env, qw_mask, 4 * (size_t)count);
