@@ -492,6 +492,15 @@ static void points_are_wrapped(void **state)
         shell("cd " FOLDER " && printf 'OFF\\n4 1 0\\n0 0 0\\n1 0 0\\n1 1 0\\n0 1 0\\n4 0 1 2 7\\n' > bent.off"), 0);
     assert_int_not_equal(tool("bent.off -o none.obj -f 100")->code, 0);
     assert_false(exists("none.obj"));
+    static const char *const written_only[] = {"inp", "msh", "vtu", "bdf"}; /* they have lines of three numbers */
+    for (size_t i = 0; i < sizeof written_only / sizeof *written_only; i++) {
+        char line[80];
+        snprintf(line, sizeof line, "in.obj -o elements.%s -f 100 -q", written_only[i]);
+        assert_int_equal(tool(line)->code, 0);
+        snprintf(line, sizeof line, "elements.%s -o none.obj -f 100", written_only[i]);
+        assert_non_null(strstr(tool(line)->err, "is written, not read"));
+        assert_false(exists("none.obj"));
+    }
 }
 
 /* The count that is said is that of the elements, of which each is four quads of the result. */

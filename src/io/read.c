@@ -6,8 +6,8 @@
 
 #define QW_WRITTEN_ONLY(format) format " is written, not read; save the surface as STL, PLY or OBJ"
 
-/* What people hand in that is none of ours, so that the message can say more than "unknown". */
-static _Noreturn void fail_unknown(qw_env *env, const char *name, qw_bytes bytes)
+/* What people hand in that is none of ours, so that the message can say more than "unknown"; NULL: who knows. */
+static const char *stranger(qw_bytes bytes)
 {
     static const struct {
         const char *begin, *what;
@@ -20,17 +20,25 @@ static _Noreturn void fail_unknown(qw_env *env, const char *name, qw_bytes bytes
         {"<", "it is XML or HTML"},
         {"<?xml version=\"1.0\"?>\n<VTKFile", QW_WRITTEN_ONLY("VTU")},
         {"<VTKFile", QW_WRITTEN_ONLY("VTU")},
+        {"$", QW_WRITTEN_ONLY("Nastran's .bdf")},
         {"$MeshFormat", QW_WRITTEN_ONLY("Gmsh's .msh")},
-        {"*HEADING", QW_WRITTEN_ONLY("Abaqus' .inp")},
-        {"*Heading", QW_WRITTEN_ONLY("Abaqus' .inp")},
-        {"$ quads of Quadwright\nBEGIN BULK", QW_WRITTEN_ONLY("Nastran's .bdf")},
+        {"*", QW_WRITTEN_ONLY("Abaqus' .inp")},
         {"BEGIN BULK", QW_WRITTEN_ONLY("Nastran's .bdf")},
+        {"# vtk DataFile", "it is VTK's own format; save the surface as STL, PLY or OBJ"},
+        {"MeshVersionFormatted", "it is a .mesh of Medit; save the surface as STL, PLY or OBJ"},
+        {"    -1\n", "it is a universal file (.unv); save the surface as STL, PLY or OBJ"},
         {"ISO-10303-21", "STEP is written, not read; an STL of it is made by: gmsh FILE.step -2 -o FILE.stl"},
     };
-    const char *what = "it is neither OBJ, PLY, OFF, STL, GLB nor glTF";
+    const char *what = NULL;
     for (size_t i = 0; i < sizeof strangers / sizeof *strangers; i++)
         if (strncmp(bytes.at, strangers[i].begin, strlen(strangers[i].begin)) == 0) what = strangers[i].what;
-    qw_fail(env, QW_FORMAT_UNKNOWN, -1, "%s: the format is unknown: %s", name, what);
+    return what;
+}
+
+static _Noreturn void fail_unknown(qw_env *env, const char *name, const char *what)
+{
+    qw_fail(env, QW_FORMAT_UNKNOWN, -1, "%s: the format is unknown: %s", name,
+            what ? what : "it is neither OBJ, PLY, OFF, STL, GLB nor glTF");
 }
 
 /* From the surest sign to the weakest. A text that is as long as it would be as binary STL has some eight billion
@@ -46,7 +54,7 @@ static qw_soup read_any(qw_env *env, const char *name, const char *path, qw_byte
     if (qw_is_stl_text(env, bytes)) return qw_read_stl_text(env, name, bytes);
     if (qw_is_off_bare(env, bytes)) return qw_read_off(env, name, bytes);
     if (qw_is_obj(env, bytes)) return qw_read_obj(env, name, bytes);
-    fail_unknown(env, name, bytes);
+    fail_unknown(env, name, stranger(bytes));
 }
 
 static qw_soup keep(qw_env *env, qw_soup soup)
@@ -100,6 +108,7 @@ static qw_soup read_points(qw_env *env, const char *name, qw_bytes bytes)
     if (qw_is_stl_binary(bytes) || qw_is_glb(bytes) || qw_is_gltf(bytes) || qw_is_off(env, bytes) ||
         qw_is_stl_text(env, bytes))
         qw_fail(env, QW_FORMAT_UNKNOWN, -1, "%s: points are read from PLY, PCD, OBJ and XYZ only", name);
+    if (stranger(bytes)) fail_unknown(env, name, stranger(bytes)); /* which may have lines of three numbers */
     return keep(env, qw_read_xyz(env, name, bytes));
 }
 
