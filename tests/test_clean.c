@@ -353,7 +353,8 @@ static void other_junctions_stay(void **state)
 typedef struct layer {
     double low[2], high[2], height, bend;
     int n[2], along;
-    bool is_turned, other_diagonal, is_saddle;
+    bool is_turned, other_diagonal, is_saddle, has_hole; /* the square at 1, 1 */
+    double uneven;                                       /* how far vertices within are moved, of a square */
 } layer;
 
 static void add_layer(const layer *l)
@@ -362,8 +363,9 @@ static void add_layer(const layer *l)
     uint32_t first = s.vertices, down = (uint32_t)l->n[0] + 1;
     for (int j = 0; j <= l->n[1]; j++)
         for (int i = 0; i <= l->n[0]; i++) {
-            double c[3] = {l->low[0] + (l->high[0] - l->low[0]) * i / l->n[0],
-                           l->low[1] + (l->high[1] - l->low[1]) * j / l->n[1], l->height},
+            double off = i % l->n[0] && j % l->n[1] ? l->uneven * ((3 * i + 5 * j) % 7 - 3) / 3 : 0;
+            double c[3] = {l->low[0] + (l->high[0] - l->low[0]) * (i + off) / l->n[0],
+                           l->low[1] + (l->high[1] - l->low[1]) * (j - off) / l->n[1], l->height},
                    x[3] = {0};
             c[2] += l->bend * c[l->along] * c[l->is_saddle ? 1 - l->along : l->along];
             for (int k = 0; k < 9; k++) x[k % 3] += c[k / 3] * axis[k / 3][k % 3];
@@ -372,7 +374,7 @@ static void add_layer(const layer *l)
     for (int j = 0; j < l->n[1]; j++)
         for (int i = 0; i < l->n[0]; i++) {
             uint32_t a = first + (uint32_t)j * down + (uint32_t)i, q[4] = {a, a + 1, a + 1 + down, a + down};
-            for (int k = 0; k < 2; k++) {
+            for (int k = 0; k < 2 && !(l->has_hole && i == 1 && j == 1); k++) {
                 const uint32_t t[3] = {q[l->other_diagonal], q[l->other_diagonal + k + 1],
                                        q[(l->other_diagonal + k + 2) % 4]};
                 triangle(t[0], t[l->is_turned ? 2 : 1], t[l->is_turned ? 1 : 2]);
@@ -419,6 +421,26 @@ static void saddles_that_meet_within_stay_apart(void **state)
     start();
     add_layer(&a), add_layer(&b);
     run r = clean(2, 2, 2);
+    qw_env_destroy(r.env);
+}
+
+/* Of two sheets with holes a rim goes on to one of the other at the holes, and nowhere else do they meet; two of
+   another sheet have all of their rim in common and no vertex within, as the sides of a thin body. */
+static void layers_are_known_by_their_faces(void **state)
+{
+    (void)state;
+    layer a = {.high = {3, 3}, .n = {3, 3}, .has_hole = true}, b = a;
+    b.low[0] = 0.5, b.high[0] = 3.5, b.low[1] = 1, b.high[1] = 4;
+    start();
+    add_layer(&a), add_layer(&b);
+    run r = clean(2, 0, 4);
+    assert_int_equal(r.clean.mesh.face_count, s.faces);
+    qw_env_destroy(r.env);
+    a = (layer){.high = {1, 1}, .bend = 0.08, .n = {4, 4}, .is_saddle = true}, b = a;
+    b.is_turned = b.other_diagonal = true, b.uneven = 0.3;
+    start();
+    add_layer(&a), add_layer(&b);
+    r = clean(2, 2, 2);
     qw_env_destroy(r.env);
 }
 
@@ -1051,6 +1073,7 @@ QW_TEST_SUITE(clean)
         cmocka_unit_test(far_faces_do_no_harm),
         cmocka_unit_test(double_layers_stay_apart),
         cmocka_unit_test(saddles_that_meet_within_stay_apart),
+        cmocka_unit_test(layers_are_known_by_their_faces),
         cmocka_unit_test(open_fan_and_bow_tie),
         cmocka_unit_test(three_faces_on_an_edge),
         cmocka_unit_test(cubes_that_share_an_edge),

@@ -292,7 +292,11 @@ qw_clean qw_clean_surface(qw_env *env, const qw_clean_input *input, double least
     qw_frame frame = find_frame(env, &s, input->position);
     s.position = centred_positions(env, &frame, input->position, s.vertex_count);
     s.point_count = s.vertex_count;
-    if (!input->cut) weld_near(env, &s, NEAR, NULL, &edges, &counts), sew(env, &s, &edges, &counts);
+    if (!input->cut) {
+        weld_near(env, &s, NEAR, NULL, &edges, &counts);
+        if (s.named) qw_find_double_layers(env, &s, &edges);
+        sew(env, &s, &edges, &counts);
+    }
     if (counts.welded_vertices + counts.sewn_junctions == 0) s.named = NULL;
     if (!has_area(&s, &frame)) qw_fail(env, QW_ONLY_DEGENERATE, -1, "none of %u triangles has an area", t.count);
     make_sheets(env, &s, &edges, least_share, outward, &counts);

@@ -1,12 +1,12 @@
 /* Sheets of the file that lie on one another, whose rims would be joined where they have vertices in common. At one
- * edge they look like the two sides of a thin blade, so pairs of sheets are judged by all edges at which they meet. */
+ * edge they look like the two sides of a thin blade, so pairs of sheets are judged by how much of their faces does. */
 #include "remesh/clean/sheets.h"
 
 #include "base/sets.h"
 #include "base/sort.h"
 #include "base/vec.h"
+#include "geometry/box_tree.h"
 #include "geometry/trimesh.h"
-#include "geometry/weld.h"
 
 #include <assert.h>
 #include <string.h>
@@ -40,133 +40,157 @@ bool qw_is_named_alike(const qw_sheets *s, uint32_t a, uint32_t b)
     return (from == other && to == end) || (from == end && to == other);
 }
 
+static bool is_listed(const qw_sheets *s, uint64_t pair)
+{
+    size_t at = qw_first_not_below(s->layered, s->layers, pair);
+    return at < s->layers && s->layered[at] == pair;
+}
+
+bool qw_are_layered(const qw_sheets *s, uint32_t a, uint32_t b)
+{
+    return s->sheet && is_listed(s, qw_pair_key(s->sheet[a / 3], s->sheet[b / 3]));
+}
+
 bool qw_stay_apart(const qw_sheets *s, uint32_t a, uint32_t b)
 {
     if (!s->named || qw_is_named_alike(s, a, b)) return false;
-    uint64_t pair = s->sheet ? qw_pair_key(s->sheet[a / 3], s->sheet[b / 3]) : 0;
-    size_t at = qw_first_not_below(s->layered, s->layers, pair);
-    return (at < s->layers && s->layered[at] == pair) || qw_fold_back(s, a, b, &same_rim);
+    return qw_are_layered(s, a, b) || qw_fold_back(s, a, b, &same_rim);
 }
 
-/* Sheets that are cut differently and curved: most of the length along which they meet folds back by so little. */
-static const qw_fold_limits curved_rim = {0.985, 0.985};
+/* Sheets that are cut differently: their faces need not lie in one plane where they are curved. */
+static const double AGREEING = 0.985; /* the cosine of 10 degrees */
+/* Share of the samples that lie on the other of two sheets of which neither has an open side; else it is the rest. */
 static const double MOST = 0.75;
 
-enum { MOST_SIDES = 32 }; /* edges with more are no rims */
+enum { SAMPLES = 64 }; /* faces of a sheet that look for others, at most */
 
-/* Of two sheets of the file: how long their rims meet, and fold back there, and whether they meet within, too. */
-typedef struct meeting {
-    double length, curved, same;
-    bool within;
-} meeting;
-
-typedef struct layering {
-    qw_sheets *sheets;
-    uint64_t *pair; /* uint64_t[pairs]: of sheets that meet, sorted once all are known */
+typedef struct overlap {
+    const qw_sheets *sheets;
+    const uint32_t *order;
+    qw_box_tree tree; /* of all faces */
+    uint64_t *pair;   /* uint64_t[pairs]: sheet << 32 | another that lies on its sample */
     size_t pairs, room;
-    meeting *of;   /* meeting[pairs]; NULL while pairs are gathered */
-    uint8_t *open; /* uint8_t[names]: sheets with a side that meets none */
-} layering;
+} overlap;
 
-/* Notes that the sides a and b are between the same vertices now. */
-static void meet(qw_env *env, layering *w, uint32_t a, uint32_t b)
+/* How far two cuttings of one surface may lie apart at a face: their chords, where it turns by ten degrees in each. */
+static double chord_of(const double normal[3])
 {
-    const qw_sheets *s = w->sheets;
-    uint64_t pair = qw_pair_key(s->sheet[a / 3], s->sheet[b / 3]);
-    if (s->sheet[a / 3] == s->sheet[b / 3]) return;
-    if (!w->of) {
-        w->pair = qw_grow(env, w->pair, &w->room, w->pairs + 1, sizeof *w->pair);
-        w->pair[w->pairs++] = pair;
-        return;
+    return sqrt(sqrt(qw_dot_doubles(normal, normal)) * 2 * (1 - AGREEING)) / 8;
+}
+
+static void normal_of(const qw_sheets *s, uint32_t f, double normal[3])
+{
+    const uint32_t *c = s->corner + 3 * (size_t)f;
+    const double *p = position_of(s, c[0]), *q = position_of(s, c[1]), *r = position_of(s, c[2]);
+    const double a[3] = {q[0] - p[0], q[1] - p[1], q[2] - p[2]}, b[3] = {r[0] - p[0], r[1] - p[1], r[2] - p[2]};
+    qw_cross_doubles(a, b, normal);
+}
+
+/* Whether a point lies on face f, of about this normal. */
+static bool lies_on(const qw_sheets *s, const double *at, const double *unit, double chord, uint32_t f)
+{
+    double normal[3], out[3];
+    normal_of(s, f, normal);
+    double length = sqrt(qw_dot_doubles(normal, normal));
+    if (!(fabs(qw_dot_doubles(normal, unit)) > AGREEING * length)) return false;
+    for (int i = 0; i < 3; i++) {
+        const double *p = position_of(s, s->corner[3 * (size_t)f + (size_t)i]),
+                     *q = position_of(s, s->corner[3 * (size_t)f + (size_t)(i + 1) % 3]);
+        const double a[3] = {q[0] - p[0], q[1] - p[1], q[2] - p[2]}, b[3] = {at[0] - p[0], at[1] - p[1], at[2] - p[2]};
+        qw_cross_doubles(a, b, out);
+        if (!(qw_dot_doubles(out, normal) > 0) || fabs(qw_dot_doubles(b, normal)) > chord * length) return false;
     }
-    const double *p = position_of(s, s->corner[a]), *q = position_of(s, s->corner[qw_next(a)]);
-    meeting *m = &w->of[qw_first_not_below(w->pair, w->pairs, pair)];
-    const double d[3] = {q[0] - p[0], q[1] - p[1], q[2] - p[2]}, length = sqrt(qw_dot_doubles(d, d));
-    m->length += length;
-    if (qw_fold_back(s, a, b, &curved_rim)) m->curved += length;
-    if (qw_fold_back(s, a, b, &same_rim)) m->same += length;
+    return true;
 }
 
-static void visit_meetings(qw_env *env, layering *w, const qw_edges *edges)
+/* Notes the other sheets that lie on the middle of face f, or some where there are very many. */
+static void look_from(qw_env *env, overlap *o, uint32_t f)
 {
-    for (uint32_t v = 0; v < w->sheets->vertex_count; v++)
-        for (uint32_t i = edges->begin[v], end; i < edges->begin[v + 1]; i = end) {
-            end = qw_edge_end(edges, i, edges->begin[v + 1]);
-            if (end - i == 1) w->open[w->sheets->sheet[qw_side_half(edges->side[i]) / 3]] = 1;
-            for (uint32_t k = i; k < end && end - i <= MOST_SIDES; k++)
-                for (uint32_t j = k + 1; j < end; j++)
-                    meet(env, w, qw_side_half(edges->side[k]), qw_side_half(edges->side[j]));
+    const qw_sheets *s = o->sheets;
+    double at[3] = {0}, unit[3];
+    uint32_t stack[QW_BOX_STACK], top = 0;
+    size_t most = o->pairs + SAMPLES;
+    for (size_t h = 3 * (size_t)f; h < 3 * (size_t)f + 3; h++)
+        for (int k = 0; k < 3; k++) at[k] += position_of(s, s->corner[h])[k] / 3;
+    normal_of(s, f, unit);
+    double chord = chord_of(unit);
+    qw_unit_doubles(unit);
+    stack[top++] = 0;
+    while (top > 0 && o->pairs < most) {
+        const qw_box_node *n = &o->tree.nodes[stack[--top]];
+        bool far = false;
+        for (int k = 0; k < 3; k++) far |= fabs(at[k] - (double)n->centre[k]) > (double)n->half[k] + chord;
+        if (far) continue;
+        for (uint32_t i = n->first; i < n->first + n->count; i++) {
+            uint32_t g = o->order[i];
+            if (s->sheet[g] == s->sheet[f] || !lies_on(s, at, unit, chord, g)) continue;
+            o->pair = qw_grow(env, o->pair, &o->room, o->pairs + 1, sizeof *o->pair);
+            o->pair[o->pairs++] = (uint64_t)s->sheet[f] << 32 | s->sheet[g];
         }
+        if (n->count == 0) stack[top++] = n->first + 1, stack[top++] = n->first;
+    }
 }
 
-static bool fold_back(const meeting *m) { return m->curved > MOST * m->length; }
-
-/* Two sheets that close a body between them, without a rim that is left, may do so as thinly as they like, unless they
-   meet within. */
-static bool are_layers(const layering *w, uint64_t pair, const meeting *m)
+static void label_sheets(qw_env *env, qw_sheets *s, uint32_t *faces)
 {
-    bool open = w->open[pair >> 32] || w->open[(uint32_t)pair];
-    return fold_back(m) && (open || m->within || m->same > (1 - MOST) * m->length);
-}
-
-/* Whether more than one of the sides of an edge is of this sheet, so that it is no rim of it. */
-static bool is_within(const qw_sheets *s, const uint64_t *side, uint32_t count, uint32_t sheet)
-{
-    uint32_t sides = 0;
-    for (uint32_t i = 0; i < count; i++) sides += s->sheet[qw_side_half(side[i]) / 3] == sheet;
-    return sides > 1;
-}
-
-/* Marks the pairs of sheets of which neither has its rim at this edge: they meet within. */
-static void meet_within(layering *w, const uint64_t *side, uint32_t count)
-{
-    const qw_sheets *s = w->sheets;
-    for (uint32_t i = 0; i < count; i++)
-        for (uint32_t k = i + 1; k < count; k++) {
-            uint32_t a = s->sheet[qw_side_half(side[i]) / 3], b = s->sheet[qw_side_half(side[k]) / 3];
-            uint64_t pair = qw_pair_key(a, b);
-            size_t at = qw_first_not_below(w->pair, w->pairs, pair);
-            if (at < w->pairs && w->pair[at] == pair && is_within(s, side, count, a) && is_within(s, side, count, b))
-                w->of[at].within = true;
-        }
-}
-
-/* Finds which pairs have an edge in one place that is a rim of neither; what is within has not been joined. */
-static void find_within(qw_env *env, layering *w)
-{
-    const qw_sheets *s = w->sheets;
-    size_t half_edges = 3 * (size_t)s->face_count;
-    uint32_t *joined = QW_NEW(env, uint32_t, half_edges);
-    memcpy(joined, s->corner, half_edges * sizeof *joined);
-    qw_weld_equal(env, s->position, s->vertex_count, NULL, joined, s->face_count);
-    qw_edges edges = qw_edges_build(env, 3, joined, s->face_count, s->vertex_count);
-    for (uint32_t v = 0; v < s->vertex_count; v++)
-        for (uint32_t i = edges.begin[v], end; i < edges.begin[v + 1]; i = end) {
-            end = qw_edge_end(&edges, i, edges.begin[v + 1]);
-            if (end - i > 3 && end - i <= MOST_SIDES) meet_within(w, edges.side + i, end - i);
-        }
-    qw_edges_free(env, &edges);
-}
-
-void qw_find_double_layers(qw_env *env, qw_sheets *s, const qw_edges *edges)
-{
-    assert(s->named && !s->sheet);
     s->sheet = QW_NEW(env, uint32_t, s->face_count);
     uint32_t *set = QW_NEW(env, uint32_t, s->names);
     qw_sets_begin(set, s->names);
     for (size_t h = 0; h < 3 * (size_t)s->face_count; h += 3)
         qw_join_sets(set, s->named[h], s->named[h + 1]), qw_join_sets(set, s->named[h], s->named[h + 2]);
-    for (uint32_t f = 0; f < s->face_count; f++) s->sheet[f] = qw_set_of(set, s->named[3 * (size_t)f]);
-    layering w = {.sheets = s, .open = QW_NEW_ZERO(env, uint8_t, s->names)};
-    visit_meetings(env, &w, edges);
-    if (w.pairs == 0) return;
-    w.pairs = qw_sort_once(w.pair, w.pairs);
-    w.of = QW_NEW_ZERO(env, meeting, w.pairs);
-    visit_meetings(env, &w, edges);
-    bool folded = false;
-    for (size_t i = 0; i < w.pairs; i++) folded |= fold_back(&w.of[i]);
-    if (folded) find_within(env, &w);
-    for (size_t i = 0; i < w.pairs; i++)
-        if (are_layers(&w, w.pair[i], &w.of[i])) w.pair[s->layers++] = w.pair[i];
-    s->layered = w.pair;
+    for (uint32_t f = 0; f < s->face_count; f++)
+        s->sheet[f] = qw_set_of(set, s->named[3 * (size_t)f]), faces[s->sheet[f]]++;
+    qw_free(env, set);
+}
+
+/* Marks the sheets that have a side without another. */
+static void mark_open(const qw_sheets *s, const qw_edges *edges, uint8_t *open)
+{
+    for (uint32_t v = 0; v < s->vertex_count; v++)
+        for (uint32_t i = edges->begin[v], end; i < edges->begin[v + 1]; i = end) {
+            end = qw_edge_end(edges, i, edges->begin[v + 1]);
+            if (end - i == 1) open[s->sheet[qw_side_half(edges->side[i]) / 3]] = 1;
+        }
+}
+
+static qw_box_tree tree_of(qw_env *env, const qw_sheets *s, uint32_t *order)
+{
+    qw_box *box = QW_NEW(env, qw_box, s->face_count);
+    for (uint32_t f = 0; f < s->face_count; f++) {
+        qw_vec3 corner[3];
+        for (int i = 0; i < 3; i++) {
+            const double *p = position_of(s, s->corner[3 * (size_t)f + (size_t)i]);
+            corner[i] = qw_v3((float)p[0], (float)p[1], (float)p[2]);
+        }
+        box[f] = qw_box_of(corner, 3);
+    }
+    qw_box_tree tree = qw_box_tree_build(env, box, s->face_count, order);
+    qw_free(env, box);
+    return tree;
+}
+
+void qw_find_double_layers(qw_env *env, qw_sheets *s, const qw_edges *edges)
+{
+    assert(s->named && !s->sheet);
+    uint32_t *faces = QW_NEW_ZERO(env, uint32_t, s->names), *seen = QW_NEW_ZERO(env, uint32_t, s->names),
+             *order = QW_NEW(env, uint32_t, s->face_count);
+    label_sheets(env, s, faces);
+    if (faces[s->sheet[0]] == s->face_count) return;
+    overlap o = {.sheets = s, .order = order, .tree = tree_of(env, s, order)};
+    for (uint32_t f = 0; f < s->face_count; f++) {
+        uint32_t of = s->sheet[f];
+        if (seen[of]++ % (faces[of] / SAMPLES + 1) == 0) look_from(env, &o, f);
+    }
+    uint8_t *open = QW_NEW_ZERO(env, uint8_t, s->names);
+    mark_open(s, edges, open);
+    qw_sort_u64(o.pair, o.pairs);
+    s->layered = QW_NEW(env, uint64_t, o.pairs);
+    for (size_t i = 0, end; i < o.pairs; i = end) {
+        uint32_t a = (uint32_t)(o.pair[i] >> 32), b = (uint32_t)o.pair[i],
+                 samples = faces[a] / (faces[a] / SAMPLES + 1);
+        for (end = i; end < o.pairs && o.pair[end] == o.pair[i];) end++;
+        if ((double)(end - i) > samples * (open[a] || open[b] ? 1 - MOST : MOST))
+            s->layered[s->layers++] = qw_pair_key(a, b);
+    }
+    s->layers = qw_sort_once(s->layered, s->layers);
 }

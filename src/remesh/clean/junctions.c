@@ -150,7 +150,7 @@ static bool lies_on(const sewing *w, const open_edge *e, uint32_t v)
         const open_edge *other = &w->edge[(uint32_t)w->along[i]];
         place_on(w, e, point_of(w, other->from == v ? other->to : other->from), &off);
         uint32_t apex = w->sheets->corner[qw_prev(other->half)];
-        if (off <= near2 && apex != e->from && apex != e->to &&
+        if (off <= near2 && apex != e->from && apex != e->to && !qw_are_layered(w->sheets, e->half, other->half) &&
             !qw_fold_back(w->sheets, e->half, other->half, &slid_rims))
             return true;
     }
@@ -238,7 +238,7 @@ static bool find_splits(sewing *w)
 
 /* of: uint32_t[3 face_count], the split edge that each half-edge is a part of, or QW_NONE. */
 typedef struct pieces {
-    uint32_t *corner, *source, *of;
+    uint32_t *corner, *source, *of, *sheet;
     uint32_t *named, names; /* as those of the sheets */
     uint32_t count;
 } pieces;
@@ -262,6 +262,7 @@ static uint32_t split_at(const sewing *w, pieces *p, uint32_t number, uint32_t h
         uint32_t v = i < e->end ? (uint32_t)w->split[i] : to;
         put(p, at, from, v, apex);
         p->source[at] = source;
+        if (p->sheet) p->sheet[at] = p->sheet[f];
         p->of[3 * (size_t)at] = number;
         p->of[3 * (size_t)at + 1] = v == to ? last_of : QW_NONE;
         p->of[3 * (size_t)at + 2] = at == f ? first_of : QW_NONE;
@@ -282,6 +283,7 @@ static void split_faces(const sewing *w, const uint32_t *at, pieces *p)
     const qw_sheets *s = w->sheets;
     memcpy(p->corner, s->corner, 3 * (size_t)s->face_count * sizeof *p->corner);
     memcpy(p->source, s->source, s->face_count * sizeof *p->source);
+    if (p->sheet) memcpy(p->sheet, s->sheet, s->face_count * sizeof *p->sheet);
     memset(p->of, 0xff, 3 * (size_t)(s->face_count + w->splits) * sizeof *p->of);
     if (p->named) memcpy(p->named, s->named, 3 * (size_t)s->face_count * sizeof *p->named);
     p->names = s->names;
@@ -304,7 +306,7 @@ static bool take_back(sewing *w, const pieces *p, uint8_t *closed)
 {
     qw_edges edges = qw_edges_build(w->env, 3, p->corner, p->count, w->sheets->vertex_count);
     qw_sheets cut = *w->sheets;
-    cut.corner = p->corner, cut.named = p->named;
+    cut.corner = p->corner, cut.named = p->named, cut.sheet = p->sheet;
     memset(closed, 0, w->edges);
     for (uint32_t v = 0; v < w->sheets->vertex_count; v++)
         for (uint32_t i = edges.begin[v], end; i < edges.begin[v + 1]; i = end) {
@@ -335,6 +337,7 @@ static uint32_t sew(sewing *w, qw_sheets *s, uint8_t *is_sewn)
     pieces p = {QW_NEW(w->env, uint32_t, 3 * faces),
                 QW_NEW(w->env, uint32_t, faces),
                 QW_NEW(w->env, uint32_t, 3 * faces),
+                s->sheet ? QW_NEW(w->env, uint32_t, faces) : NULL,
                 s->named ? QW_NEW(w->env, uint32_t, 3 * faces) : NULL,
                 0,
                 0};
@@ -349,6 +352,7 @@ static uint32_t sew(sewing *w, qw_sheets *s, uint8_t *is_sewn)
             is_sewn[(uint32_t)w->split[i]] = is_sewn[w->edge[e].from] = is_sewn[w->edge[e].to] = 1, sewn++;
     if (sewn == 0) return 0;
     s->face_count = p.count, s->corner = p.corner, s->source = p.source, s->named = p.named, s->names = p.names;
+    s->sheet = p.sheet, qw_keep(w->env, p.sheet);
     qw_keep(w->env, p.corner), qw_keep(w->env, p.source), qw_keep(w->env, p.named);
     return sewn;
 }

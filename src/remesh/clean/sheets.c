@@ -233,7 +233,6 @@ uint32_t qw_pair_sides(qw_env *env, qw_sheets *s, const qw_edges *edges, uint32_
     memset(s->twin, 0xff, half_edges * sizeof(uint32_t));
     s->kind = QW_NEW_ZERO(env, uint8_t, s->face_count);
     *nonmanifold = s->apart = 0;
-    if (s->named) qw_find_double_layers(env, s, edges);
     if (pair_all_plainly(env, s, edges)) return 0;
     memset(s->twin, 0xff, half_edges * sizeof(uint32_t));
     qw_scope_begin(env);

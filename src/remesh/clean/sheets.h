@@ -38,12 +38,15 @@ typedef struct qw_fold_limits {
 /* Whether the faces of a and b, which run along one line, lie on one another there instead of going on from one
    another. */
 bool qw_fold_back(const qw_sheets *s, uint32_t a, uint32_t b, const qw_fold_limits *limits);
-/* The same for sides that have both vertices in common now and had not in the file. */
+/* Whether the sheets of the file that these are of are listed as layers. */
+bool qw_are_layered(const qw_sheets *s, uint32_t a, uint32_t b);
+/* Either, for sides that have both vertices in common now and had not in the file. */
 bool qw_stay_apart(const qw_sheets *s, uint32_t a, uint32_t b);
 
 /* Whether the file has both sides between the same vertices. */
 bool qw_is_named_alike(const qw_sheets *s, uint32_t a, uint32_t b);
-/* Sets sheet and layered. edges: of the faces as they are. */
+/* Sets sheet, and layered to the pairs of which a good part of one lies on faces of the other, or most of it where
+   neither has sides that nothing closes. edges: of the faces as they are. */
 void qw_find_double_layers(qw_env *env, qw_sheets *s, const qw_edges *edges);
 
 /* Drops faces that repeat a vertex; returns their number. */
