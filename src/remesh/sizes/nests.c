@@ -310,7 +310,8 @@ static void fit_nest(nesting *g, uint32_t nest, float *size)
     double radius = ring_length(n) / (2 * QW_PI);
     double edge = fmin(mean_on_curve(g, nest, size), ring_length(n) / QW_LEAST_AROUND);
     for (int side = 0; side < QW_SIDES; side++) fit[side] = measure(g, nest, side, size);
-    edge = fmin(edge, fmin(fit[QW_LEFT].even, fit[QW_RIGHT].even));
+    /* around a limb the sizes on the curve are those of the band */
+    if (n->ends_inside) edge = fmin(edge, fmin(fit[QW_LEFT].even, fit[QW_RIGHT].even));
     for (int side = 0; side < QW_SIDES; side++) /* a side with half the room that the inside of a circle has counts */
         if ((double)fit[side].width > 0.5 * (1 - LEAST_RATIO) * radius)
             edge = fmin(edge, (double)fit[side].width / (n->rings * mean_row(fit[side].ratio)));
