@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FIRST_LIMIT = 2, STEP_BY_STEP = 7 };
+enum { FIRST_LIMIT = 2, STEP_BY_STEP = 7, FEW_LEFT = 10 };
 
 /* Four arcs a variable: the first step up, further steps up, the first step down, further steps down; capacities keep
    |d| <= limit. Costs rise with the steps, so a cheaper arc is always used first. */
@@ -96,14 +96,13 @@ static void set_costs(const qw_network *net, const qw_complex *c, qw_cost_kind c
 }
 
 /* The arcs of a flow: two up and two down for each variable. */
-static arcs make_arcs(qw_env *env, const qw_network *net, const qw_complex *c, qw_flow_choice kind,
-                      qw_cost_kind cost_kind)
+static arcs make_arcs(qw_env *env, const qw_network *net, const qw_complex *c, qw_cost_kind cost_kind)
 {
     arcs a = {.count = ARCS * net->variable_count};
     a.tail = QW_NEW(env, uint32_t, a.count);
     a.head = QW_NEW(env, uint32_t, a.count);
     a.capacity = QW_NEW(env, int32_t, a.count);
-    a.cost = QW_NEW_ZERO(env, int32_t, a.count);
+    a.cost = QW_NEW(env, int32_t, a.count);
     a.flow = QW_NEW_ZERO(env, int32_t, a.count);
     a.supply = QW_NEW(env, int32_t, net->node_count);
     a.potential = QW_NEW(env, int64_t, net->node_count);
@@ -112,25 +111,32 @@ static arcs make_arcs(qw_env *env, const qw_network *net, const qw_complex *c, q
         a.tail[i] = raises ? net->minus[i / ARCS] : net->plus[i / ARCS];
         a.head[i] = raises ? net->plus[i / ARCS] : net->minus[i / ARCS];
     }
-    if (kind != QW_FLOW_MF) set_costs(net, c, cost_kind, &a);
+    set_costs(net, c, cost_kind, &a);
     qw_network_supply(net, c, a.supply);
     return a;
 }
 
-/* Solves the flow problem by the way that the option says: a maximum flow is one of least cost where nothing costs. */
+/* Solves the flow problem by the way that the option says. */
 static qw_flow_result solve_once(qw_env *env, const qw_flow_problem *problem, qw_flow_choice kind, arcs *a)
 {
-    qw_flow_result result;
-    memset(a->flow, 0, a->count * sizeof *a->flow);
-    memset(a->potential, 0, problem->node_count * sizeof *a->potential);
-    if (kind == QW_FLOW_ILP) {
-        if (!qw_flow_integer_program(env, problem, a->flow, &result))
-            qw_fail(env, QW_UNSUPPORTED, -1, "flow=ilp needs GLPK, which this build was made without");
+    if (kind == QW_FLOW_MCF || kind == QW_FLOW_ILP) {
+        memset(a->flow, 0, a->count * sizeof *a->flow);
+        memset(a->potential, 0, problem->node_count * sizeof *a->potential);
+        qw_flow_result result;
+        if (kind == QW_FLOW_ILP) {
+            if (!qw_flow_integer_program(env, problem, a->flow, &result))
+                qw_fail(env, QW_UNSUPPORTED, -1, "flow=ilp needs GLPK, which this build was made without");
+            return result;
+        }
+        result = qw_flow_min_cost_hub(env, problem, problem->node_count - 1, INT64_MAX, a->flow, a->potential);
+        assert(qw_flow_is_optimal(problem, a->flow, a->potential));
         return result;
     }
-    result = qw_flow_min_cost_hub(env, problem, problem->node_count - 1, INT64_MAX, a->flow, a->potential);
-    assert(qw_flow_is_optimal(problem, a->flow, a->potential));
-    return result;
+    int64_t unmet = 0;
+    for (uint32_t n = 0; n < problem->node_count; n++) unmet += problem->supply[n] > 0 ? problem->supply[n] : 0;
+    /* the paper: Boykov-Kolmogorov while more than a few equations are unmet, Edmonds-Karp for the last */
+    return unmet > FEW_LEFT ? qw_flow_boykov_kolmogorov(env, problem, a->flow)
+                            : qw_flow_edmonds_karp(env, problem, a->flow);
 }
 
 static void apply_flow(const qw_network *net, const arcs *a, qw_complex *c)
@@ -204,7 +210,7 @@ static bool solve_balanced(qw_env *env, qw_complex *c, qw_flow_choice kind, qw_c
                            qw_regular_counts *counts)
 {
     qw_network net = balanced_network(env, c, counts);
-    arcs a = make_arcs(env, &net, c, kind, cost);
+    arcs a = make_arcs(env, &net, c, cost);
     qw_flow_problem problem = {net.node_count, a.count, a.tail, a.head, a.capacity, a.cost, a.supply};
     qw_flow_result result = {0};
     int64_t most = enough(&net, c, a.supply);
