@@ -677,25 +677,38 @@ static double search_strips(qw_env *env, const qw_component *component, const qw
     return crossing;
 }
 
-/* A box as long as a limb, whose rows around it come back one row beside their beginning: they become rings. */
+/* A box as long as a limb, its offsets, and room for others. */
+typedef struct limb {
+    qw_component box;
+    qw_int2 *had, *found; /* qw_int2[edges] */
+} limb;
+
+static limb limb_like_box(qw_env *env)
+{
+    limb s = {.box = box_of_size(env, (int32_t[]){4, 5, 14})};
+    qw_complex *c = &s.box.decimated.complex;
+    qw_complex_weigh(c);
+    s.had = memcpy(QW_NEW(env, qw_int2, c->edge_count), c->d, c->edge_count * sizeof *c->d);
+    s.found = QW_NEW(env, qw_int2, c->edge_count);
+    return s;
+}
+
+/* Such a box, whose rows around it come back one row beside their beginning: they become rings. */
 static void helices_become_rings(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
-    qw_component box = box_of_size(env, (int32_t[]){4, 5, 14});
-    qw_complex *c = &box.decimated.complex;
-    qw_complex_weigh(c);
-    qw_int2 *had = memcpy(QW_NEW(env, qw_int2, c->edge_count), c->d, c->edge_count * sizeof *had);
-    qw_int2 *found = QW_NEW(env, qw_int2, c->edge_count);
+    limb s = limb_like_box(env);
+    qw_complex *c = &s.box.decimated.complex;
     uint32_t helices = 0, rings = 0;
     for (uint32_t v = 0; v < 2 * c->edge_count; v++) {
-        memcpy(c->d, had, c->edge_count * sizeof *had);
+        memcpy(c->d, s.had, c->edge_count * sizeof *c->d);
         qw_strip_room room = {0};
         if (!qw_step_offsets(env, c, v, 1, LONG, 1e4) || qw_complex_inverted(c) > 0) continue;
         double crossing = qw_count_strips(env, c, &room).crossing_area;
         if (crossing < 20) continue;
         helices++;
-        double after = search_strips(env, &box, c->real, c->d, 292, 0, found);
+        double after = search_strips(env, &s.box, c->real, c->d, 292, 0, s.found);
         assert_true(after < crossing / 2);
         rings += after == 0;
     }
@@ -709,14 +722,11 @@ static void twists_are_taken_back(void **state)
 {
     (void)state;
     qw_env *env = qw_env_create(NULL, 1);
-    qw_component box = box_of_size(env, (int32_t[]){4, 5, 14});
-    qw_complex *c = &box.decimated.complex;
-    qw_complex_weigh(c);
-    qw_int2 *had = memcpy(QW_NEW(env, qw_int2, c->edge_count), c->d, c->edge_count * sizeof *had);
-    qw_int2 *found = QW_NEW(env, qw_int2, c->edge_count);
+    limb s = limb_like_box(env);
+    qw_complex *c = &s.box.decimated.complex;
     uint32_t twisted = 0, rings = 0, list[1000];
     for (uint32_t v = 0; v < 2 * c->edge_count; v++) {
-        memcpy(c->d, had, c->edge_count * sizeof *had);
+        memcpy(c->d, s.had, c->edge_count * sizeof *c->d);
         qw_strip_room room = {0};
         qw_count_strips(env, c, &room);
         if (room.places[v] == 0) continue;
@@ -725,14 +735,14 @@ static void twists_are_taken_back(void **state)
         for (uint32_t i = 0; i < count; i++) {
             uint32_t k = qw_component_of_place(c, &room, list[i]);
             assert_true(list[i] >= room.first[k] && list[i] < room.first[k] + room.places[k]);
-            qw_int2 d = had[k / 2];
+            qw_int2 d = s.had[k / 2];
             if (k % 2) c->d[k / 2].x -= d.y > 0 ? quads : -quads;
             else c->d[k / 2].y += d.x > 0 ? quads : -quads;
         }
         assert_true(qw_complex_is_closed(c));
         if (qw_complex_inverted(c) > 0 || qw_count_strips(env, c, &room).crossing_area < 20) continue;
         twisted++;
-        rings += search_strips(env, &box, c->real, c->d, 292, 0, found) == 0;
+        rings += search_strips(env, &s.box, c->real, c->d, 292, 0, s.found) == 0;
     }
     print_message("of %u twists %u became rings\n", twisted, rings);
     assert_true(rings > 20); /* circuits alone make 16 */
