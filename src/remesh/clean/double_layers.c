@@ -1,5 +1,6 @@
 /* Sheets of the file that lie on one another, whose rims would be joined where they have vertices in common. At one
- * edge they look like the two sides of a thin blade, so pairs of sheets are judged by how much of their faces does. */
+ * edge they look like the two sides of a thin blade, so pairs of sheets are judged by the share of their faces that lie
+ * on the other. */
 #include "remesh/clean/sheets.h"
 
 #include "base/sets.h"
