@@ -2,6 +2,7 @@
 
 #include "base/printable.h"
 
+#include <assert.h>
 #include <inttypes.h>
 #include <locale.h>
 #include <math.h>
@@ -42,6 +43,7 @@ static void put(qw_json *json, const char *text, size_t length)
     }
     memcpy(json->text + json->length, text, length);
     json->length += length;
+    assert(json->length < json->capacity);
     json->text[json->length] = 0;
 }
 

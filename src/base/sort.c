@@ -2,6 +2,7 @@
  * sort for parts of theirs that split badly: no input is quadratic, nothing recurses, and a worker may call it. */
 #include "base/sort.h"
 
+#include <assert.h>
 #include <stdbool.h>
 
 enum { SHORT_RUN = 24, MOST_PARTS = 64 };
@@ -75,6 +76,7 @@ void qw_sort_u64(uint64_t *item, size_t count)
             size_t first = split(item, count), rest = count - first;
             bool is_left = first < rest;
             splits--;
+            assert(held < MOST_PARTS);
             part[held].item = is_left ? item + first : item, part[held].count = is_left ? rest : first;
             part[held++].splits = splits;
             item = is_left ? item : item + first, count = is_left ? first : rest;

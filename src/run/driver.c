@@ -269,6 +269,7 @@ static void go_back(qw_context_state *c, const qw_step *step, const qw_judgement
 {
     qw_stage back = qw_retry_rows[step->cause].back;
     uint32_t slot = slot_of(back);
+    assert((int)back < c->done);
     add_refinements(c, &step->plan, &j->places);
     for (uint32_t inner = 0; inner < slot; inner++) drop_candidate(c, inner);
     if (step->best == c->history.current) keep_candidate(c, slot, (int)back);
@@ -386,6 +387,7 @@ static void add_up(qw_report *report)
 static qw_status run_call(qw_context_state *c, stage_call *call)
 {
     qw_stage stage = call->stage;
+    assert(c->done == (int)stage);
     qw_stage_report *r = &c->report.stages[stage];
     double begin = qw_seconds_now();
     c->warnings_before[stage] = c->report.warning_count;

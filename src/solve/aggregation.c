@@ -96,6 +96,7 @@ static uint32_t sum_couplings(pairing *p, range rows, uint32_t pair)
             p->weight[other] += qw_with_sign(l->value[k], packed ^ p->pair[i]);
         }
     }
+    assert(count <= rows.end - rows.begin);
     return count;
 }
 

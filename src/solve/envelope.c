@@ -60,6 +60,7 @@ qw_envelope qw_envelope_of(qw_env *env, uint32_t count, const uint32_t *first, c
         uint32_t low = e.place[v];
         for (uint32_t k = first[v]; k < first[v + 1]; k++)
             if (e.place[column[k]] < low) low = e.place[column[k]];
+        assert(e.place[v] < count && low <= e.place[v]);
         e.low[e.place[v]] = low;
     }
     e.begin[0] = 0;

@@ -27,6 +27,7 @@ bool qw_flow_integer_program(qw_env *env, const qw_flow_problem *problem, int32_
 
 #else
 
+#include <assert.h>
 #include <glpk.h>
 #include <limits.h>
 #include <math.h>
@@ -109,6 +110,7 @@ static void fill(program *p, glp_prob *lp)
         set_column(lp, ++column, supply > 0 ? supply : -supply, supply > 0 ? dearer_than_paths : 0);
         set_entry(p, v, column, supply > 0 ? 1 : -1);
     }
+    assert(column == p->columns);
     glp_load_matrix(lp, p->entries, p->row, p->column, p->value);
 }
 

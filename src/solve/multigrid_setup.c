@@ -111,6 +111,7 @@ static void make_coarse(qw_env *env, const qw_grid *l, qw_grid *c)
     qw_parallel(env, c->n, w.grain, coarse_task, &w);
     close_gaps(&w, parts);
     qw_scope_end(env);
+    assert(w.first[c->n] <= entries);
     w.column = qw_resize(env, w.column, w.first[c->n], sizeof *w.column);
     w.value = qw_resize(env, w.value, w.first[c->n], sizeof *w.value);
     c->first = w.first, c->column = w.column, c->value = w.value, c->exact = w.exact;

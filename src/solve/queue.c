@@ -55,6 +55,7 @@ static void redistribute(qw_queue *q, uint32_t b)
     int64_t least = INT64_MAX;
     for (uint32_t v = next; v != head; v = q->link[v].next)
         if (q->link[v].key < least) least = q->link[v].key;
+    assert(b > 0 && least >= q->last);
     q->last = least;
     q->link[head].next = q->link[head].previous = head;
     q->filled &= ~((uint64_t)1 << b);

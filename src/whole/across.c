@@ -1,5 +1,6 @@
 #include "whole/across.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -26,6 +27,7 @@ static void middle_of(const qw_run_state *run, double middle[3])
             sum[0] += area * (double)p.x / 3, sum[1] += area * (double)p.y / 3, sum[2] += area * (double)p.z / 3;
         }
     }
+    assert(all > 0);
     for (int k = 0; k < 3; k++) middle[k] = frame->center[k] + sum[k] / (all * frame->scale);
 }
 
@@ -42,6 +44,7 @@ static bool turn_across(qw_mirror_plane *plane, const qw_mirror_plane *const *ot
         for (int k = 0; k < 3; k++) normal[k] -= along * others[i]->normal[k];
     }
     double length = sqrt(dot(normal, normal));
+    assert(length > ACROSS); /* each of the others takes little from a normal that is nearly across it */
     for (int k = 0; k < 3; k++) normal[k] /= length, offset += normal[k] * at[k];
     if (plane->axis == QW_NO_AXIS) *plane = qw_mirror_plane_of(normal, offset);
     return true;
@@ -61,6 +64,7 @@ uint32_t qw_find_across(const qw_run_state *run, const qw_mirror_search *found, 
     const qw_mirror_plane *taken[QW_MOST_PLANES] = {&found[0].plane};
     double middle[3];
     uint32_t kept = 0;
+    assert(count > 0 && count <= QW_MOST_PLANES);
     if (!qw_is_alike(found[0].far, edge)) return 0;
     middle_of(run, middle);
     for (uint32_t i = 1; i <= count && kept < QW_MOST_PLANES - 1; i++) {
@@ -72,5 +76,6 @@ uint32_t qw_find_across(const qw_run_state *run, const qw_mirror_search *found, 
             continue;
         across[kept] = plane, taken[kept + 1] = &across[kept], kept++;
     }
+    assert(kept < QW_MOST_PLANES);
     return kept;
 }

@@ -127,6 +127,10 @@ static void mend_parity(collaring *c)
         qw_add_rows_between(c->env, &c->quads, odd);
         remember_rims(c);
     }
+    for (uint32_t i = 0; i < c->inner.count; i++) {
+        const uint32_t *in = c->inner.begin + i, *out = c->outer.begin + c->outer_of[i];
+        assert((in[1] - in[0] + out[1] - out[0]) % 2 == 0);
+    }
     qw_free(c->env, odd);
 }
 
@@ -206,6 +210,7 @@ static void move_rims_inward(collaring *c, uint8_t *station)
     for (uint32_t i = 0; i < all; i++) on_rim[q->corner[c->inner.half[i]]] = 1;
     for (uint32_t i = 0; i < all; i++) {
         uint32_t v = q->corner[c->inner.half[i]];
+        assert(out[v] != QW_NONE);
         bool feature = meets_feature(q, out[v]);
         to[i] = moved_inward(q, out[v], on_rim);
         station[i] = feature || q->kind[v] == QW_VERTEX_CORNER;
@@ -238,6 +243,7 @@ static void places_between(const qw_ring *inner, double period, double share, ui
         }
         done += part;
     }
+    assert(k == n); /* all have a place */
 }
 
 static qw_vec3 point_on(const qw_quad_builder *b, const qw_ring *r, double index)
@@ -344,6 +350,7 @@ static qw_quadmesh close_builder(collaring *c)
                      .face_count = c->b.face_count,
                      .position = c->b.position,
                      .corner = c->b.corner};
+    assert(q.vertex_count >= was->vertex_count && q.face_count >= was->face_count);
     q.kind = QW_NEW_ZERO(env, uint8_t, q.vertex_count);
     q.mark = QW_NEW_ZERO(env, uint8_t, 4 * (size_t)q.face_count);
     q.component = QW_NEW_ZERO(env, uint32_t, q.vertex_count);

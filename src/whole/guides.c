@@ -123,6 +123,7 @@ void qw_engrave_guides(qw_run_state *run)
         qw_smooth_guide(run, g, point, loops + begin[i]);
         begin[i + 1] = begin[i] + qw_smooth_count(run, g);
     }
+    assert(begin[lines.count] <= (size_t)QW_FINER * s->guide_begin[s->guide_count]); /* the room for loops */
     lines.begin = begin, lines.point = loops, lines.number = number, lines.mark = mark, lines.finer = finer;
     if (lines.count > 0) {
         qw_trimesh cut = qw_engrave(env, &run->surface, bvh, &lines, (float)edge, &run->report->guide_edges, NULL);
@@ -332,6 +333,7 @@ void qw_engrave_necks(qw_run_state *run, double rho)
         take_necks(&t, &found);
         engrave_taken(&t);
         add_openings(&t, &openings.curves);
+        assert(t.taken.count <= curves && t.taken.begin[t.taken.count] <= most);
         if (t.taken.count > 0) {
             run->necks = t.taken;
             qw_keep(env, run->necks.begin), qw_keep(env, run->necks.point), qw_keep(env, run->necks.kind);
@@ -357,6 +359,7 @@ void qw_add_guide_directions(const qw_run_state *run, qw_vec3 *asked)
     for (uint32_t g = 0; g < s->guide_count; g++)
         for (uint32_t i = s->guide_begin[g]; i + 1 < s->guide_begin[g + 1]; i++)
             if (s->guide_kind[g] == QW_GUIDE_DIRECTION) from[count] = point[i], to[count++] = point[i + 1];
+    assert(count <= n);
     const qw_curve_tree *tree = qw_curve_tree_build(env, from, to, count);
     for (uint32_t v = 0; v < mesh->vertex_count; v++) {
         float reach = REACH * (float)run->rho;

@@ -135,6 +135,7 @@ static void choose_side(cut *c, bool other)
     bool reverses[QW_MOST_CUTS];
     for (uint32_t f = 0; f < c->mesh->face_count; f++) {
         uint32_t v = c->mesh->corner[3 * f], p = of ? of[v] : 0;
+        assert(p < QW_MOST_CUTS);
         if (!is_single(c, v)) all[p] += area_of(c, f, &part), above[p] += part;
     }
     for (int p = 0; p < QW_MOST_CUTS; p++) reverses[p] = (above[p] < all[p] * (0.5 - EQUAL_AREAS / 2)) != other;
@@ -243,6 +244,7 @@ static void count_whole(cut *c)
         if (is_single(c, half->origin[half->corner[3 * f]].from)) continue;
         uint32_t *to = all.corner + 3 * (size_t)all.face_count++;
         for (int i = 0; i < 3; i++) to[2 - i] = reflected[half->corner[3 * f + (uint32_t)i]];
+        assert(all.vertex_count <= 2 * count && all.face_count <= 2 * half->face_count);
     }
     qw_trimesh_link(c->env, &all);
     half->whole = qw_trimesh_census(c->env, &all);
@@ -318,6 +320,7 @@ static void make_exact(double *position, const uint8_t *on, const uint8_t *singl
     double unit = 1;
     while (unit < largest) unit *= 2;
     while (unit > 2 * largest) unit /= 2;
+    assert(unit >= largest && unit <= 2 * largest);
     unit = unit * 2 / 4503599627370496.0; /* 2^-52 of twice the largest */
     plane->offset = floor(plane->offset / unit + 0.5) * unit;
     for (uint32_t v = 0; v < vertex_count; v++) {
@@ -406,6 +409,7 @@ void qw_reflect_again(qw_env *env, const qw_mirrored *m, uint32_t reflected, con
     uint8_t *on = QW_NEW_ZERO(env, uint8_t, q->vertex_count), *others = QW_NEW_ZERO(env, uint8_t, q->vertex_count);
     for (uint32_t h = 4 * reflected; h < 4 * q->face_count; h++) {
         uint32_t from = 4 * m->source[h / 4] + ((4 - (h & 3u)) & 3u), v = q->corner[h];
+        assert(m->source[h / 4] < reflected);
         if (v == q->corner[from] && !on[v])
             qw_put_on_plane(qw_plane_of(planes, v), m->position + 3 * (size_t)v), on[v] = 1;
     }

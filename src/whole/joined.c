@@ -77,6 +77,7 @@ void qw_join_provenance(const qw_run_state *run, qw_provenance *p)
               *corner = QW_NEW(run->env, qw_origin, j->corner_count);
     p->lost_vertices = 0;
     for (uint32_t v = 0; v < j->vertex_count; v++) {
+        assert(s.vertex_corner[v] != QW_NONE || s.quad_vertex[v] != QW_NONE);
         vertex[v] = s.vertex_corner[v] != QW_NONE ? origin_at(run->whole.input, s.vertex_corner[v])
                                                   : p->vertices[s.quad_vertex[v]];
         p->lost_vertices += vertex[v].face == QW_NO_FACE;
@@ -114,6 +115,7 @@ static void take_weights(const qw_attribute *in, uint32_t e, uint32_t wanted, fl
 {
     uint8_t taken[QW_MOST_COMPONENTS] = {0};
     double sum = 0;
+    assert(in->components <= QW_MOST_COMPONENTS);
     for (uint32_t k = 0; k < wanted; k++) {
         uint32_t best = QW_NONE;
         for (uint32_t i = 0; i < in->components; i++)

@@ -52,6 +52,7 @@ static uint32_t input_vertex(const qw_run_state *run, uint32_t h)
     qw_vec3 p = run->whole.clean.mesh.position[run->whole.clean.mesh.corner[h]];
     double at[3] = {(double)p.x, (double)p.y, (double)p.z}, least = INFINITY;
     uint32_t polygon = run->whole.clean.source_face[h / 3], best = QW_NONE;
+    assert(polygon < in->face_count);
     qw_leave_own_frame(&run->whole.clean.own, p, at);
     for (uint32_t i = in->face_begin[polygon]; i < in->face_begin[polygon + 1]; i++) {
         const double *q = in->position + 3 * (size_t)in->corner[i];
@@ -253,6 +254,7 @@ qw_outside qw_list_outside(const qw_run_state *run)
             o.vertex[corners] = in->corner[i], o.origin[corners] = i;
         o.source[o.face_count++] = f, o.face_begin[o.face_count] = corners;
     }
+    assert(o.face_count == faces && o.face_begin[faces] == corners);
     return o;
 }
 
@@ -295,6 +297,7 @@ double qw_faces_inside_rims(const qw_run_state *run, double faces)
         if (middle + faces_of_collars(run, &rims, sqrt(run->whole.area / middle)) > faces) high = middle;
         else low = middle;
     }
+    assert(low >= 0 && low <= faces);
     double edges = rims.begin[rims.count];
     if (is_recut(run) && rims.count > 0) {
         qw_old_rims old = list_rims(run);
@@ -470,6 +473,7 @@ qw_quadmesh qw_fix_rims(qw_run_state *run, const qw_quadmesh *quads, uint32_t **
         numbered.component = qw_clean_components(run, quads), parted.component = run->clean_census.component;
     qw_outer_rims outer = is_recut(run) ? recut_rims(run, &parted) : rims_of_input(run, &parted);
     qw_collar collar = qw_add_collar(env, &numbered, &parted, &outer);
+    assert(collar.quads.face_count >= quads->face_count);
     qw_flip_repair repair = {.surface = &parted};
     uint8_t *flipped = QW_NEW(env, uint8_t, collar.quads.face_count);
     qw_flip_counts left = qw_repair_flips(env, &collar.quads, &repair, flipped);

@@ -111,6 +111,7 @@ static void measure_components(twins *t)
     }
     for (uint32_t c = 0; c < t->components; c++) {
         const double *b = box + 6 * (size_t)c;
+        assert(t->low[c] <= t->high[c]);
         t->extent[c] = fmax(b[3] - b[0], fmax(b[4] - b[1], b[5] - b[2])) * t->run->whole.clean.frame.scale;
     }
     qw_free(env, box);
@@ -158,6 +159,7 @@ static void count_found(twins *t, bool off_plane)
         uint32_t d = component[face[hit.face]];
         if (!off_plane && d != c && t->mate[c] == QW_NONE) t->mate[c] = d;
         t->found[c] += off_plane ? (t->low[c] > 0) != (t->low[d] > 0) : d == t->mate[c];
+        assert(t->found[c] <= t->samples[c]);
     }
 }
 
@@ -182,6 +184,7 @@ static uint8_t *find_kinds(const qw_run_state *run, const qw_mirror_plane *plane
     count_found(&t, true), count_found(&t, false);
     for (uint32_t c = 0; c < n; c++) {
         uint32_t d = t.mate[c];
+        assert(d != c); /* none is its own mate */
         if (is_off(&t, c)) kind[c] = has_twin(&t, c) ? QW_IS_CUT : QW_SINGLE;
         else if (d != QW_NONE && t.mate[d] == c && has_twin(&t, c) && has_twin(&t, d))
             kind[c] = c < d ? QW_KEPT_WHOLE : QW_LEFT_OUT;
@@ -411,6 +414,7 @@ static qw_steering steering_of(const qw_run_state *run, const qw_mirror_plane *p
     f.drawn = drawn_so_far(run, &f);
     for (uint32_t g = 0; g < from->guide_count; g++)
         if (is_beyond(&f, g)) reflect_guide(&f, g);
+    assert(to.guide_count <= points && to.guide_begin[to.guide_count] <= 2 * points);
     return to;
 }
 
@@ -596,6 +600,7 @@ static bool use_found(qw_run_state *run, const qw_mirror_search *found, uint32_t
     uint32_t crossing = may_be_cut_again(run) ? qw_find_across(run, found, count, edge, across) : 0;
     uint32_t together = crossing > 0;
     if (count + together > QW_MOST_PLANES) count--;
+    assert(crossing < QW_MOST_PLANES && count + together <= QW_MOST_PLANES);
     for (uint32_t i = run->plan.plane; i < count + together; i++) {
         uint32_t plane = i > together ? i - together : 0;
         if (found[plane].most > QW_NEARLY_ALIKE) return false;

@@ -5,6 +5,7 @@
 #include "remesh/sizes/painted.h"
 #include "whole/motion_on.h"
 
+#include <assert.h>
 #include <math.h>
 
 /* Densities are alike within this share of their mean. */
@@ -110,6 +111,7 @@ static bool densities_are_alike(const qw_run_state *run, const qw_mirror_plane *
         qw_heartbeat(env);
         qw_place_in_input(&run->whole.clean, m->position[v], p);
         qw_hit hit = qw_bvh_nearest(tree, reflected_in_frame(run, plane, p), qw_v3(0, 0, 0), -1, INFINITY, QW_NONE);
+        assert(hit.face < m->face_count);
         const uint32_t *c = m->corner + 3 * (size_t)hit.face;
         double there = ((double)density[c[0]] + (double)density[c[1]] + (double)density[c[2]]) / 3;
         off += fabs((double)density[v] - there), all += (double)density[v];

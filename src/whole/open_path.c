@@ -173,6 +173,7 @@ static void find_leading(path_search *s, uint32_t from, uint32_t loops)
             else if (fresh && !s->used[l]) enter_loop(s, u);
             h = qw_quad_around(m, h);
         } while (h != QW_NONE && h != start);
+        assert(s->count <= m->vertex_count);
     }
 }
 
@@ -192,6 +193,7 @@ static void add_one_row(path_search *s, uint32_t from, uint32_t loops)
     if (end == QW_NONE)
         qw_fail(s->env, QW_INTERNAL, -1, "a rim has an odd number of edges, and no other rim can be reached from it");
     uint32_t to = s->loop[end];
+    assert(to < loops);
     s->odd[from] = 0, s->odd[to] ^= 1;
     draw_apart(s, end);
     qw_free(s->env, s->out), qw_free(s->env, s->from), qw_free(s->env, s->queue);

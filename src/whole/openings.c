@@ -109,6 +109,7 @@ qw_openings qw_find_openings(const qw_run_state *run, double rho)
         if (!qw_fits_on_neck(n->point + begin, o.count + 1, rho, QW_POCKET)) continue;
         n->kind[n->count++] = QW_POCKET, n->begin[n->count] = begin + o.count + 1;
     }
+    assert(n->begin[n->count] <= 2 * (size_t)rims);
     return found;
 }
 

@@ -6,6 +6,7 @@
 #include "whole/half.h"
 #include "whole/suits_cut.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -32,6 +33,7 @@ static qw_trimesh take_component(const qw_run_state *run, uint32_t component)
         }
         part.face_count++;
     }
+    assert(part.face_count > 0 && part.vertex_count <= 3 * part.face_count);
     qw_trimesh_link(env, &part);
     return part;
 }
@@ -113,6 +115,7 @@ qw_mirror qw_find_own_planes(const qw_run_state *run, double edge)
     uint32_t count = components > 1 ? list_largest(run, keys) : 0;
     for (uint32_t i = 0; i < count && m.planes < QW_MOST_CUTS; i++) {
         uint32_t c = (uint32_t)keys[i];
+        assert(c < components);
         qw_mirror_search found;
         qw_heartbeat(env);
         if (!find_own(run, c, edge, &found)) continue;

@@ -203,6 +203,7 @@ static void add_sample(step_sums *sums, const double row[3], double off)
 /* Solves for the step by elimination, damped, so that what no sample tells stays. */
 static void solve_step(step_sums *sums, int unknowns, double x[3])
 {
+    assert(unknowns >= 1 && unknowns <= 3);
     double damping = DAMPING * (sums->a[0][0] + sums->a[1][1] + sums->a[2][2]);
     for (int k = 0; k < unknowns; k++) sums->a[k][k] += damping, x[k] = 0;
     for (int k = 0; k < unknowns && damping > 0; k++)
@@ -223,6 +224,7 @@ static double dot(const double a[3], const double b[3]) { return a[0] * b[0] + a
 /* The plane that suits the samples and the surface at their nearest points best, its normal free or kept. */
 static qw_mirror_plane next_plane(const plane_search *s, const qw_mirror_plane *plane, bool is_free)
 {
+    assert(s->samples > 0 && JUDGED % s->samples == 0);
     const double *n = plane->normal;
     qw_vec3 x = qw_any_orthogonal(qw_v3_of_doubles(n)), y = qw_cross(qw_v3_of_doubles(n), x);
     const double across[2][3] = {{(double)x.x, (double)x.y, (double)x.z}, {(double)y.x, (double)y.y, (double)y.z}};
@@ -292,6 +294,7 @@ static double cut_length(const plane_search *s, const qw_mirror_plane *plane)
             for (int k = 0; k < 3; k++) at[found][k] = p[i][k] + t * (p[j][k] - p[i][k]);
             found++;
         }
+        assert(found == 0 || found == 2);
         if (found == 2)
             sum += sqrt((at[0][0] - at[1][0]) * (at[0][0] - at[1][0]) + (at[0][1] - at[1][1]) * (at[0][1] - at[1][1]) +
                         (at[0][2] - at[1][2]) * (at[0][2] - at[1][2]));
@@ -370,6 +373,7 @@ static uint32_t begin_all(plane_search *s, int axis, beginning *all)
     for (int b = 0; b < BEGINNINGS; b++) {
         double normal[3] = {b == 0, b == 1, b == 2};
         all[count++] = (beginning){{.plane = through_centre(s, b < 3 ? normal : principal[b - 3])}, true};
+        assert(count < ALL_BEGINNINGS || b + 1 == BEGINNINGS);
     }
     return count;
 }
@@ -391,6 +395,7 @@ static uint32_t improve_roughly(plane_search *s, beginning *all, uint32_t count)
 /* The planes that keep their normals, improved; then, where one of another direction is better, those. */
 static uint32_t improve_all(plane_search *s, const beginning *all, uint32_t count, qw_mirror_search *found)
 {
+    assert(count <= ALL_BEGINNINGS);
     qw_mirror_search other[BEGINNINGS];
     uint32_t good = 0, others = 0;
     for (uint32_t i = 0; i < count; i++)

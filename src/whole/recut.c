@@ -182,6 +182,7 @@ static void part_loop(cutting *c, uint32_t l)
         end_arc(c, &a);
         a = (arc){.loop = l, .first = next - begin};
     }
+    assert(a.edges == 0); /* each edge of the rim is in an arc */
 }
 
 /* Edges that an arc gets. */
@@ -239,6 +240,7 @@ static void part_edges(cutting *c, const arc *a)
         passed += edge_length(c, i);
         uint32_t upto = k + 1 == a->edges ? more : (uint32_t)(more * (passed / whole)), parts = upto - given + 1;
         if (c->old->vertex[i] == QW_NONE || c->old->vertex[next_on_rim(c, i)] == QW_NONE) parts = 1;
+        assert(upto >= given);
         c->to[i] = c->vertex_count;
         add_vertex(c, c->old->vertex[i] == QW_NONE ? QW_NONE : c->same[c->old->vertex[i]], a->first + k);
         for (uint32_t j = 1; j < parts; j++)
@@ -250,6 +252,7 @@ static void part_edges(cutting *c, const arc *a)
 /* As many edges as wanted, all as long; near an old vertex they end there. */
 static void space_out(cutting *c, const arc *a)
 {
+    assert(a->wanted > 0 && a->wanted < a->edges);
     double step = a->length / a->wanted, passed = 0, length = edge_length(c, rim_index(c, a, 0));
     uint32_t k = 0, first = c->vertex_count, last_old = 0;
     add_vertex(c, c->same[c->old->vertex[rim_index(c, a, 0)]], a->first);
@@ -288,6 +291,7 @@ static void make_vertices(cutting *c)
     c->cut.begin[c->old->count] = c->vertex_count;
     for (uint32_t i = 0; i < c->old->begin[c->old->count]; i++) { /* beyond the last of a loop is its first */
         uint32_t l = c->loop_of[i];
+        assert(c->to[i] >= c->cut.begin[l]);
         if (c->to[i] >= c->cut.begin[l + 1]) c->to[i] = c->cut.begin[l];
     }
 }
@@ -345,6 +349,7 @@ static uint32_t cut_corners(cutting *c, uint32_t f, parting *p)
                        begin + (2 * j > count ? k : (k + 1) % n));
     }
     while (c->corner_count > first + 1 && c->cut.corner[c->corner_count - 1] == c->cut.corner[first]) c->corner_count--;
+    assert(c->corner_count > first);
     return c->corner_count - first;
 }
 
@@ -378,6 +383,7 @@ static bool is_sound(const cutting *c, const uint32_t *corner, uint32_t n, const
 static void fan_out(cutting *c, uint32_t first, uint32_t n, const parting *p, uint32_t source)
 {
     uint32_t *corner = QW_NEW(c->env, uint32_t, n), *origin = QW_NEW(c->env, uint32_t, n), apex = p->pieces + 1;
+    assert(p->pieces > 1 && apex < n);
     for (uint32_t k = 0; k < n; k++) { /* from the beginning of the edge on */
         corner[k] = c->cut.corner[first + (p->begin + k) % n];
         origin[k] = c->cut.origin[first + (p->begin + k) % n];

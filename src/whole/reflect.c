@@ -41,6 +41,7 @@ static bool mark_narrow(qw_env *env, qw_quadmesh *quads, const qw_rim *rim, uint
         if (sewn[h]) on[quads->corner[h]] |= 1u << sewn[h], on[quads->corner[qw_quad_next(h)]] |= 1u << sewn[h];
     for (uint32_t h = 0; h < 4 * quads->face_count; h++) {
         const uint8_t *side = sewn + (h & ~3u);
+        assert(sewn[h] <= QW_MOST_CUTS);
         bool is_enclosed = side[0] && side[1] && side[2] && side[3];
         uint32_t both = on[quads->corner[h]] & on[quads->corner[qw_quad_next(h)]];
         if (sewn[h] && !is_enclosed) both &= ~(1u << sewn[h]);
@@ -113,6 +114,7 @@ bool qw_image_has(const qw_run_state *run, uint32_t i, uint32_t component)
 
 qw_vec3 qw_image_of(const qw_run_state *run, uint32_t i, qw_vec3 p)
 {
+    assert(i < qw_image_count(run));
     const qw_frame *frame = &run->whole.clean.frame;
     uint32_t planes = planes_of_image(run, i);
     p = qw_in_whole(run, p);
@@ -167,6 +169,7 @@ qw_vertex_crosses qw_crosses_of_whole(const qw_run_state *run)
         }
         add_image(run, i, component, whole);
     }
+    assert(whole->face_count <= images * (size_t)core->face_count);
     qw_free(run->env, component);
     return (qw_vertex_crosses){whole, normal, direction};
 }
@@ -257,6 +260,7 @@ static void carry_marks(qw_env *env, qw_mirrored *m, const qw_quadmesh *half)
     uint8_t *curves = QW_NEW_ZERO(env, uint8_t, q->vertex_count), *on = QW_NEW_ZERO(env, uint8_t, q->vertex_count);
     for (uint32_t h = 0; h < 4 * q->face_count; h++) {
         bool is_reflection = h / 4 >= half->face_count;
+        assert(m->source[h / 4] < half->face_count);
         uint32_t corner = is_reflection ? (4 - (h & 3u)) & 3u : h & 3u, side = is_reflection ? 3 - (h & 3u) : h & 3u;
         uint32_t v = q->corner[h], u = half->corner[4 * m->source[h / 4] + corner];
         if (half->mark) q->mark[h] = half->mark[4 * m->source[h / 4] + side];
@@ -343,6 +347,7 @@ void qw_reflect_core(qw_run_state *run, const qw_quadmesh *core, const uint8_t *
     place_in_frame(run, &m.quads, m.position);
     run->sides_meet = run->sides_meet && is_whole(run, &m.quads, m.position);
     carry_marks(env, &m, quads);
+    assert(m.quads.face_count >= quads->face_count);
     if (run->mirror.own) run->reflected = core->face_count, through(source, &m);
     run->finished = m.quads, run->output = m.position, run->source = m.source;
 }

@@ -6,6 +6,7 @@
 #include "whole/motion_on.h"
 #include "whole/ring_guides.h"
 
+#include <assert.h>
 #include <string.h>
 
 double qw_edge_wanted(const qw_run_state *run, double faces)
@@ -27,6 +28,7 @@ bool qw_has_density(const qw_run_state *run)
 float *qw_wanted_size(const qw_run_state *run, double rho, float **base_target, qw_tip_list *tips, qw_nests *nests)
 {
     qw_env *env = run->env;
+    assert(rho > 0);
     qw_size_request request = {.surface = &run->surface,
                                .census = &run->surface_census,
                                .tree = run->tree,

@@ -10,6 +10,7 @@
 #include "remesh/sizes/needs.h"
 #include "whole/sizes.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -55,6 +56,7 @@ static qw_trimesh pick_rest(qw_env *env, const qw_trimesh *mesh, const uint32_t 
     for (uint32_t h = 0; h < 3 * mesh->face_count; h++) {
         uint32_t to = 3 * face[h / 3] + h % 3, t = mesh->twin[h];
         if (face[h / 3] == QW_NONE) continue;
+        assert(t == QW_NONE || face[t / 3] != QW_NONE); /* components are taken as wholes */
         r.corner[to] = vertex[mesh->corner[h]], r.twin[to] = t == QW_NONE ? QW_NONE : 3 * face[t / 3] + t % 3;
     }
     qw_free(env, face), qw_free(env, vertex);
@@ -217,6 +219,7 @@ qw_quadmesh qw_join_small(qw_run_state *run, const qw_quadmesh *quads)
     qw_quadmesh joined = qw_pick_components(run->env, quads, all, more);
     uint32_t from = joined.vertex_count;
     qw_append_quads(&joined, more);
+    assert(joined.vertex_count == from + more->vertex_count);
     for (uint32_t v = from; v < joined.vertex_count; v++) joined.component[v] += components;
     qw_free(run->env, all);
     warn_of_count(run, joined.face_count);

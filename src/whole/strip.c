@@ -28,6 +28,7 @@ enum { MOST_EDGES = 15 }; /* of one loop that are joined to one edge of the othe
    base[0] to t1. The base is overwritten. */
 static void fill_cell(qw_quad_builder *b, uint32_t *base, uint32_t edges, uint32_t t0, uint32_t t1)
 {
+    assert(edges % 2 == 1 && edges <= MOST_EDGES);
     for (uint32_t m = edges; m > 1; m -= 2) {
         uint32_t inner[MOST_EDGES];
         float up = 1.0f / (float)((m + 1) / 2);
@@ -100,6 +101,7 @@ static bool find_way(opened *o, qw_env *env, uint32_t width)
         while (k < o->p && o->a[k] < o->c[c]) k++;
         uint32_t low = k > o->width / 2 ? k - o->width / 2 : 0, most = o->p + 1 - o->width;
         o->first[c] = c == 0 ? 0 : c == o->q || low > most ? most : low;
+        assert(o->first[c] + o->width <= o->p + 1);
     }
     for (size_t i = 0; i < nodes; i++) o->cost[i] = INFINITY;
     o->cost[0] = 0;

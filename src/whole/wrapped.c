@@ -5,6 +5,7 @@
 #include "products/wrap/fill.h"
 #include "products/wrap/wrap.h"
 
+#include <assert.h>
 #include <stdio.h>
 
 /* An input of so many components, of which others hide this share of the area or with fewer quads each, is taken for a
@@ -119,6 +120,7 @@ qw_bvh *qw_seen_of_input(qw_run_state *run, qw_trimesh *mesh)
     }
     for (uint32_t i = 0; i < t.count; i++)
         if (seen[t.source[i]]) take_both_ways(&t, i, mesh);
+    assert(mesh->face_count == 2 * count);
     return qw_bvh_build(run->env, mesh);
 }
 
@@ -151,6 +153,7 @@ void qw_wrap_whole(qw_run_state *run)
     *clean = qw_clean_surface(run->env, &w.skin, 0, false);
     clean->counts.triangles = triangles;
     clean->wrapped = (float)(w.distance / 2 * clean->frame.scale), clean->seen = w.seen;
+    assert(w.skin.face_count > 0);
     for (uint32_t f = 0; f < clean->mesh.face_count; f++) clean->source_face[f] = w.source[clean->source_face[f]];
     run->whole.census = qw_trimesh_census_of(run->env, &clean->mesh, clean->component, clean->components);
 }

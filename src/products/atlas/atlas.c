@@ -3,6 +3,7 @@
 #include "products/atlas/charts.h"
 #include "base/elementary.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -126,6 +127,7 @@ static void place_chart(maker *k, uint32_t a)
     k->atlas->overlapping += !settle_chart(k, t);
     for (uint32_t i = 0; i < t->corner_count; i++) {
         float *uv = k->atlas->uv + 2 * (size_t)t->place[i];
+        assert(t->vertex[i] < t->vertex_count);
         uv[0] = (float)(t->at[t->vertex[i]][0] + p->tile), uv[1] = (float)t->at[t->vertex[i]][1];
     }
     for (uint32_t i = 0; i < k->made->chart[a].count; i++) k->atlas->chart[k->made->chart[a].face[i]] = a;
@@ -146,6 +148,7 @@ qw_atlas qw_make_atlas(qw_env *env, qw_atlas_mesh *mesh, const qw_atlas_options 
     qw_charts_made made = qw_make_charts(env, mesh, options->most_stretch, longest, options->weight, options->mirror,
                                          try_packing, &t);
     k.made = &made;
+    assert(made.count > 0 && made.count <= mesh->face_count);
     take_pieces(&k, local);
     sum_stretch(&k);
     focus_charts(&k, options->focus);

@@ -216,6 +216,7 @@ static void measure(layer *k, qw_atlas *atlas)
         flat[i] = qw_flat_of(k->env, m, k->block[i].face, k->block[i].count, local);
         total += flat[i].total;
     }
+    assert(k->count > 0);
     double side = sqrt(total / m->face_count);
     for (uint32_t i = 0; i < k->count; i++) {
         qw_flat *t = &flat[i];
@@ -267,6 +268,7 @@ qw_atlas qw_make_block_atlas(qw_env *env, qw_atlas_mesh *mesh, const qw_block_op
     if (tiles > options->tiles)
         qw_fail(env, QW_ARGUMENT, -1, "blocks of %u texels a quad need %u textures of %u x %u", options->per_quad,
                 tiles, options->texels, options->texels);
+    assert(tiles > 0);
     atlas.charts = atlas.patches = k.count;
     measure(&k, &atlas);
     double quad = (double)options->per_quad / options->texels, cells = 0;

@@ -3,6 +3,7 @@
 #include "base/elementary.h"
 #include "base/vec.h"
 
+#include <assert.h>
 #include <string.h>
 
 enum {
@@ -98,6 +99,7 @@ static void lay_patches(maker *k)
         take_charts_again(k);
         for (uint32_t a = 0; a < k->made.count; a++) {
             const qw_chart *c = &k->made.chart[a];
+            assert(c->count > 0);
             if (done[c->face[0]]) continue;
             if (lay_patch(k, c) || !qw_split_patch(k->env, k->m, c->face, c->count)) done[c->face[0]] = 1;
             else again = true;
@@ -420,6 +422,7 @@ static void join_at_levels(maker *k, qw_chart_judge *judge, void *user)
         if (packs_well(k)) low = middle;
         else high = middle;
     }
+    assert(low < count && count <= LEVELS + 1);
     go_back_turned(k, &all[low]);
     if (judge) {
         sharer s = {.patches = &all[0], .patch = patch, .mark = QW_NEW(k->env, uint8_t, k->m->face_count)};

@@ -25,6 +25,7 @@ static void number_vertices(const qw_atlas_mesh *m, qw_flat *t, uint32_t *local)
             for (at = c; !m->seam[at] && local[qw_atlas_turn_back(m, at)] == QW_NONE;)
                 at = qw_atlas_turn_back(m, at), local[at] = v;
         }
+        assert(local[c] < t->vertex_count);
         t->vertex[i] = local[c];
     }
 }
@@ -105,6 +106,7 @@ static void begin_matrix(qw_env *env, qw_flat *t)
     }
     for (uint32_t v = t->vertex_count; v > 0; v--) first[v] = first[v - 1];
     first[0] = 0;
+    assert(first[t->vertex_count] == 6 * t->triangle_count);
     t->matrix = qw_envelope_of(env, t->vertex_count, first, column);
     qw_free(env, column), qw_free(env, first);
 }
@@ -113,6 +115,7 @@ qw_flat qw_flat_of(qw_env *env, const qw_atlas_mesh *m, const uint32_t *face, ui
 {
     qw_flat t = {0};
     for (uint32_t i = 0; i < count; i++) t.corner_count += m->begin[face[i] + 1] - m->begin[face[i]];
+    assert(t.corner_count >= 3 * count);
     t.triangle_count = t.corner_count - 2 * count;
     t.place = QW_NEW(env, uint32_t, t.corner_count), t.vertex = QW_NEW(env, uint32_t, t.corner_count);
     t.corner = QW_NEW(env, uint32_t, 3 * (size_t)t.triangle_count);
@@ -241,6 +244,7 @@ static void singular_values(const double j[2][2], double *s1, double *s2)
 
 void qw_flat_rigid(qw_env *env, qw_flat *t, uint32_t steps)
 {
+    assert(t->held < t->vertex_count);
     double *b = QW_NEW(env, double, 2 * (size_t)t->vertex_count);
     factor_stiffness(env, t, 0);
     for (uint32_t step = 0; step < steps; step++) {
@@ -334,6 +338,7 @@ static double energy_of(const qw_flat *t, const double (*at)[2], double *gradien
 void qw_flat_lower(qw_env *env, qw_flat *t, uint32_t steps)
 {
     enum { MOST_HALVINGS = 30 };
+    assert(t->held < t->vertex_count);
     size_t n = t->vertex_count;
     double *d = QW_NEW(env, double, 2 * n), *gradient = QW_NEW(env, double, 2 * n), step = 0.25;
     double(*moved)[2] = qw_alloc(env, n, sizeof *moved);
@@ -499,6 +504,7 @@ qw_stretch qw_flat_stretch(const qw_flat *t)
         double j[2][2], s1, s2;
         if (t->area[f] == 0) continue;
         map_of(t, f, j), singular_values((const double(*)[2])j, &s1, &s2);
+        assert(!(s1 < s2));
         if (!(s2 > 0)) {
             s.inverted++;
             continue;

@@ -331,6 +331,7 @@ static uint32_t corners_of(const maker *k, const qw_chart *c)
 static bool lay_together(maker *k, const candidate *c, const path *p)
 {
     const qw_chart *a = &k->made.chart[c->a], *b = &k->made.chart[c->b];
+    assert(c->a != c->b && p->length > 0);
     qw_scope_begin(k->env);
     uint32_t *face = QW_NEW(k->env, uint32_t, a->count + (size_t)b->count);
     memcpy(face, a->face, a->count * sizeof *face), memcpy(face + a->count, b->face, b->count * sizeof *face);
@@ -450,6 +451,7 @@ static void offer_loop(maker *k, uint32_t a, uint32_t h)
         }
         if (across != QW_NONE && across != a) {
             if (length == 0) begin = h, b = across, weight = 0;
+            assert(b == across);
             length++, weight += qw_seam_cost(k, h), last = h;
         }
         m->seam[h] = 2;
@@ -574,6 +576,7 @@ void qw_join_charts(maker *k)
     for (uint32_t a = 0; a < k->made.count; a++) offer_all(k, a); /* those that were joined have no faces left */
     while (k->held > 0) {
         candidate c = pop(k);
+        assert(c.a != c.b && c.a < k->made.count && c.b < k->made.count);
         if (k->suits && k->looks_left <= 0) continue;
         if (k->made.chart[c.a].stamp != c.stamp_a || k->made.chart[c.b].stamp != c.stamp_b) continue;
         if (was_refused(k, c.a, c.b)) continue;

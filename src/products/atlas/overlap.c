@@ -3,6 +3,7 @@
 #include "products/atlas/flat.h"
 #include "base/elementary.h"
 
+#include <assert.h>
 #include <string.h>
 
 static bool is_between(int32_t a, int32_t b, int32_t x) { return a < b ? a <= x && x <= b : b <= x && x <= a; }
@@ -53,6 +54,7 @@ static span span_of(const cells *c, qw_grid_point a, qw_grid_point b)
 
 static cells lay_grid(const qw_grid_point *p, const uint32_t *from, const uint32_t *to, uint32_t count)
 {
+    assert(count > 0);
     int64_t least[2] = {INT32_MAX, INT32_MAX}, most[2] = {INT32_MIN, INT32_MIN}, length = 0;
     for (uint32_t i = 0; i < count; i++) {
         qw_grid_point a = p[from[i]], b = p[to[i]];
@@ -83,6 +85,7 @@ bool qw_segments_meet(qw_env *env, const qw_grid_point *p, const uint32_t *from,
     for (int pass = 0; pass < 2; pass++) {
         for (uint32_t i = 0; i < count; i++) {
             span s = span_of(&c, p[from[i]], p[to[i]]);
+            assert(s.x1 < c.across && s.y1 < c.down);
             for (uint32_t y = s.y0; y <= s.y1; y++)
                 for (uint32_t x = s.x0; x <= s.x1; x++) {
                     size_t cell = (size_t)y * c.across + x;

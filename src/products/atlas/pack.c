@@ -76,6 +76,7 @@ static double larger(double a, double b) { return a > b ? a : b; }
 /* The range along x of the part of a triangle between two heights. */
 static bool slice(const double p[3][2], double low, double high, double range[2])
 {
+    assert(low <= high);
     range[0] = INFINITY, range[1] = -INFINITY;
     for (int i = 0; i < 3; i++) {
         const double *a = p[i], *b = p[(i + 1) % 3];
@@ -115,6 +116,7 @@ static void draw(const qw_piece *p, uint32_t quarters, double scale, uint32_t pa
 {
     double least[2], size[2];
     box_of(p, quarters, least, size);
+    assert(m->across > 2 * pad && m->down > 2 * pad);
     uint32_t across = m->across - 2 * pad, down = m->down - 2 * pad;
     for (uint32_t f = 0; f < p->triangle_count; f++) {
         double q[3][2], range[2], low = INFINITY, high = -INFINITY;
@@ -155,6 +157,7 @@ static bool find_spot(const packer *k, const packing *a, uint32_t i, uint32_t ti
     for (uint32_t y = from; y + m->down + from <= high && y + m->down + from < bound; y++) {
         uint32_t x = qw_board_place(&a->board, run, count, from, k->side - from - m->across, base + y);
         if (x == QW_NONE) continue;
+        assert(x + m->across + from <= k->side);
         *best = (spot){.x = x, .y = y, .tile = tile, .top = y + m->down + from};
         return true;
     }
@@ -176,6 +179,7 @@ static bool place_one(const packer *k, packing *a, uint32_t n)
         }
     if (!found) return false;
     const spot *s = &a->at[i];
+    assert(s->tile < k->tiles && k->thin[4 * i + s->quarters].row);
     qw_board_stamp(&a->board, &k->thin[4 * i + s->quarters], s->x, s->tile * k->stride + s->y, a->longest[n + 1]);
     if (s->tile + 1 == k->tiles && s->top > a->top) a->top = s->top;
     return true;
@@ -651,6 +655,7 @@ qw_packing qw_pack(qw_env *env, qw_piece *piece, uint32_t count, const qw_pack_o
     measure(&k);
     if (o->scale > 0) fit_scale(&k, o);
     else find_scale(&k, o);
+    assert(k.good_scale > 0);
     take_places(&k);
     found.scale = k.good_scale;
     for (uint32_t i = 0; i < count; i++)

@@ -84,6 +84,7 @@ static uint32_t fan_begin(const qw_atlas_mesh *m, uint32_t c, uint32_t *size, ui
         ++*size, *seams += m->seam[at];
         at = qw_atlas_turn(m, at);
     } while (at != QW_NONE && at != first);
+    assert(*size > 0);
     *seams += at == QW_NONE;
     if (*seams > 0 && at != QW_NONE)
         while (!m->seam[first]) first = qw_atlas_turn(m, first);
@@ -158,6 +159,7 @@ uint32_t *qw_label_charts(qw_env *env, const qw_atlas_mesh *m, uint32_t *count)
         stack[held++] = f, chart[f] = *count;
         while (held > 0) {
             uint32_t g = stack[--held];
+            assert(chart[g] == *count);
             for (uint32_t c = m->begin[g]; c < m->begin[g + 1]; c++) {
                 if (m->seam[c] || chart[m->face[m->twin[c]]] != QW_NONE) continue;
                 stack[held++] = m->face[m->twin[c]], chart[m->face[m->twin[c]]] = *count;
@@ -194,6 +196,7 @@ static int32_t *euler_of(qw_env *env, const qw_atlas_mesh *m, const uint32_t *ch
         }
     }
     qw_free(env, seen);
+    for (uint32_t k = 0; k < count; k++) assert(twice[k] % 2 == 0); /* an edge inside is counted from both sides */
     for (uint32_t k = 0; k < count; k++) twice[k] /= 2;
     return twice;
 }
@@ -315,6 +318,7 @@ bool qw_split_patch(qw_env *env, qw_atlas_mesh *m, const uint32_t *face, uint32_
         for (uint32_t i = 0; i < count && c == QW_NONE; i++)
             for (uint32_t b = m->begin[face[i]]; b < m->begin[face[i] + 1] && c == QW_NONE; b++)
                 if (!m->seam[b]) c = b;
+        assert(c != QW_NONE);
         qw_set_seam(m, c, 1); /* no vertex lies inside, so both its ends are on the boundary */
     }
     qw_scope_end(env);

@@ -5,6 +5,7 @@
 #include "geometry/openness.h"
 #include "base/groups.h"
 
+#include <assert.h>
 #include <string.h>
 
 static const float LIFT = 1e-4f;      /* of the rays above the surface; the box is about 1 wide */
@@ -41,6 +42,7 @@ static qw_trimesh triangles_of(qw_env *env, const qw_atlas_mesh *m)
         for (uint32_t c = m->begin[f] + 1; c + 1 < m->begin[f + 1]; c++) {
             corner[n++] = m->corner[m->begin[f]], corner[n++] = m->corner[c], corner[n++] = m->corner[c + 1];
         }
+    assert(n == 3 * t.face_count);
     t.position = position, t.corner = corner;
     return t;
 }

@@ -3,6 +3,7 @@
 #include "base/elementary.h"
 #include "base/sets.h"
 
+#include <assert.h>
 #include <string.h>
 
 static const float CAGE_MORE = 1.25f;  /* of the distance that was found */
@@ -170,6 +171,7 @@ static void measure_faces(qw_env *env, const qw_bake_target *t, const qw_source 
     for (uint32_t v = 0; v < source->mesh.vertex_count; v++) {
         if (s.near[v] == QW_NONE) continue;
         uint32_t f = t->face[s.near[v]];
+        assert(f < t->face_count);
         apart[f] = fmaxf(apart[f], fminf(s.distance[v], CAGE_MOST * reach[f]));
     }
 }

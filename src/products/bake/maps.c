@@ -135,6 +135,7 @@ static void add_sample(visit *v, int lane, const qw_sight *s, const qw_seen *see
 {
     const baker *b = v->b;
     uint32_t i = (v->y[lane] - v->y0) * TILE + v->x[lane] - v->x0;
+    assert(i < TILE * TILE);
     /* samples of 3 x 2 have the rays of one spiral */
     uint32_t parts = b->samples > 1 ? QW_OPEN_RAYS / 4 : 1, across = parts > 1 ? 3 : 1, down = parts / across;
     uint32_t x = v->x[lane] * b->samples + v->s[lane] % b->samples,
@@ -171,6 +172,7 @@ static void add_sample(visit *v, int lane, const qw_sight *s, const qw_seen *see
 static void look(visit *v)
 {
     const baker *b = v->b;
+    assert(v->held <= QW_LANES);
     if (v->held == 0) return;
     if (!v->is_filled)
         qw_bake_fill_cache(b->look->source, &v->face, (const float(*)[3])v->block, &v->cache), v->is_filled = true;
@@ -253,6 +255,7 @@ static uint8_t to_coded(const baker *b, float x)
 /* The mean of the samples of a texel, as the maps hold it. */
 static void put_texel(const baker *b, uint32_t tile, uint32_t x, uint32_t y, const float *sum, float count)
 {
+    assert(count > 0);
     float v[VALUES];
     for (int k = 0; k < VALUES; k++) v[k] = sum[k] / count;
     qw_vec3 n = qw_normalize(qw_v3(v[4], v[5], v[6]));
@@ -281,6 +284,7 @@ static void bake_tiles(void *user, uint32_t begin, uint32_t end)
         tile_sums sums;
         visit v;
         uint32_t x0 = i % b->across * TILE, y0 = i / b->across % b->across * TILE, tile = i / b->across / b->across;
+        assert(tile < b->tiles);
         b->missed[i] = 0;
         if (b->first[i] == b->first[i + 1]) continue;
         memset(&sums, 0, sizeof sums);

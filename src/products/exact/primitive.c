@@ -77,6 +77,7 @@ static double largest_distance(const qw_primitive *p, const double *point, uint3
 /* Solves the n equations of a positive matrix in place; false where it is singular. */
 static bool solve(uint32_t n, double m[UNKNOWNS][UNKNOWNS], double b[UNKNOWNS])
 {
+    assert(n > 0 && n <= UNKNOWNS);
     double largest = 0;
     for (uint32_t i = 0; i < n; i++) largest = fmax(largest, m[i][i]);
     for (uint32_t i = 0; i < n; i++) {
@@ -182,6 +183,7 @@ static void middle_of(const double *point, uint32_t count, double middle[3])
 /* The principal axis of the vectors, about their mean, along which they are least, or most, spread. */
 static void spread_axis(const double *vector, uint32_t count, double axis[3])
 {
+    assert(count > 0);
     double mean[3], m[3][3] = {{0}}, axes[3][3];
     middle_of(vector, count, mean);
     for (uint32_t i = 0; i < count; i++)

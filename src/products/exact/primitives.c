@@ -120,6 +120,7 @@ static void flood_facet(finder *f, uint32_t t, uint32_t *stack)
     memcpy(plane.axis, normal_of(f, t), sizeof plane.axis);
     uint32_t count = 0;
     double off = fmin(QW_OFF_PRIMITIVE, fmax(LEAST_OFF, FLAT * height_of(f, t)));
+    assert(f->facet[t] == QW_NONE && f->facet_count < f->mesh->face_count);
     stack[count++] = t, f->facet[t] = f->facet_count;
     while (count > 0) {
         uint32_t from = stack[--count];
@@ -325,6 +326,7 @@ static void grow(finder *f, uint32_t i, qw_primitive *p)
         qw_refine_primitive(p, f->point, gather_points(f));
         refit_at = 2 * f->member_count;
     }
+    assert(f->member_count <= f->mesh->face_count);
 }
 
 /* ---- whether it is one */
@@ -441,6 +443,7 @@ static uint32_t depth_of(finder *f, uint32_t stamp)
         for (uint32_t h = 3 * f->member[m]; h < 3 * f->member[m] + 3; h++) inside += f->seen[mesh->corner[h]] != on_rim;
         most = inside > most ? inside : most;
     }
+    assert(most <= 3);
     return most;
 }
 
@@ -511,6 +514,7 @@ static bool try_facet(finder *f, uint32_t i)
             seeds += p && add_facet(f, around[a], p) && add_facet(f, around[b], p);
         }
     if (count >= 2) seeds += take_all(f, i, around, count, &f->seed[seeds]);
+    assert(seeds <= SEEDS);
     if (qw_env_threads(f->env) > 1) {
         qw_parallel(f->env, seeds * QW_PRIMITIVE_KINDS, 1, fit_some, f->seed);
         for (uint32_t k = 0; k < seeds; k++) f->seed[k].is_known = true;

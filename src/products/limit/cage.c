@@ -4,6 +4,7 @@
 #include "base/sort.h"
 #include "geometry/polygons.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -62,6 +63,7 @@ qw_mesh_view qw_limit_of_cage(qw_env *env, const qw_mesh_view *cage, uint32_t ti
     memcpy(position, cage->positions, 3 * (size_t)q.vertex_count * sizeof *position);
     for (uint32_t k = 0; k <= times; k++) {
         qw_stencils rows = k < times ? qw_split_stencils(env, &q) : qw_limit_stencils(env, &q);
+        assert(rows.column_count == q.vertex_count);
         double *next = QW_NEW(env, double, 3 * (size_t)rows.row_count);
         qw_stencils_apply(env, &rows, position, next);
         qw_free(env, position);
@@ -94,6 +96,7 @@ uint32_t *qw_list_creases(qw_env *env, const qw_quadmesh *q, uint32_t *count)
             list[2 * at] = q->corner[h], list[2 * at++ + 1] = q->corner[qw_quad_next(h)];
     for (uint32_t v = 0; v < q->vertex_count; v++)
         if (rule[v] == QW_RULE_CORNER) list[2 * at] = list[2 * at + 1] = v, at++;
+    assert(at <= most);
     *count = at;
     qw_free(env, rule);
     return list;

@@ -48,6 +48,7 @@ static double *volumes_of(qw_env *env, const qw_quadmesh *q, const double *posit
     memset(first, 0xff, shells * sizeof *first);
     for (uint32_t f = 0; f < q->face_count; f++) {
         uint32_t s = shell[f];
+        assert(s < shells);
         if (first[s] == QW_NONE) first[s] = q->corner[4 * (size_t)f];
         for (uint32_t half = 0; half < 2; half++) {
             corners t = half_of(q, position, f, half);
@@ -78,6 +79,7 @@ uint32_t *qw_find_cavities(qw_env *env, const qw_quadmesh *quads, const double *
             }
         for (uint32_t i = 0; i < shells; i++)
             if (around[i] && (outer[s] == QW_NONE || volume[i] < volume[outer[s]])) outer[s] = i;
+        assert(outer[s] != s); /* one that is inside out lies within another that is not */
     }
     qw_free(env, volume), qw_free(env, around), qw_free(env, first);
     return outer;

@@ -347,6 +347,7 @@ static void begin(qw_env *env, fitting *t)
     t->limit = qw_stencils_product(env, &last, &once);
     t->transposed = qw_stencils_transpose(env, &t->limit);
     size_t samples = samples_of(t);
+    assert(t->split.vertex_count == once.row_count && last.column_count == once.row_count);
     t->rule = qw_find_rules(env, q, NULL);
     t->crease = qw_alloc(env, samples, sizeof *t->crease);
     t->split_rule = qw_find_rules(env, &t->split, t->crease);

@@ -181,6 +181,7 @@ static void add_edge(joining *j, uint32_t count)
 {
     qw_patch_blocks *o = j->out;
     const uint32_t *begin = o->edge_first;
+    assert(count > 0);
     uint32_t at = begin[o->edge_count];
     for (uint32_t i = 0; i < 2 * count + 2; i++) {
         uint32_t third = third_of(i, count), k = third / 3 < count ? third / 3 : count - 1;
@@ -216,6 +217,7 @@ static void add_points(joining *j, const grid *g, uint32_t b)
 {
     qw_patch_blocks *o = j->out;
     uint32_t m = g->size[0], n = g->size[1], at = o->first[b], row = g->first;
+    assert(m > 0 && n > 0);
     uint32_t rows = 2 * m + 2, columns = 2 * n + 2;
     for (uint32_t y = 0, c = 0; y < n; y++, row = y < n ? above(j, row) : row) {
         uint32_t from = c;

@@ -47,6 +47,7 @@ static void find_plane(const flattening *t, uint32_t b)
     const uint32_t *p = t->blocks->point + t->blocks->first[b];
     size_t count = t->blocks->first[b + 1] - t->blocks->first[b];
     uint32_t columns = 2 * t->blocks->span[b][1] + 2;
+    assert(count >= columns && count % columns == 0);
     qw_primitive *s = &t->surface[b];
     *s = (qw_primitive){.kind = QW_PLANE};
     memcpy(s->point, point_at(t, p[0]), sizeof s->point);
@@ -272,6 +273,7 @@ static void put_curve(const flattening *t, uint32_t e)
 {
     const uint32_t *p = t->blocks->edge_point + t->blocks->edge_first[e];
     uint32_t n = t->blocks->edge_first[e + 1] - t->blocks->edge_first[e], count = n / 2 - 1;
+    assert(n % 2 == 0 && count > 0);
     for (int round = 0; round < ROUNDS; round++)
         for (uint32_t i = 1; i + 1 < n; i++) {
             double w[4], at[3] = {0}, to[3];

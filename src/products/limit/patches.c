@@ -140,6 +140,7 @@ qw_patches qw_make_patches(qw_env *env, const qw_quadmesh *q, const double *posi
     patching t = {.env = env, .quads = q, .position = position, .rule = qw_find_rules(env, q, NULL)};
     number_edges(&t);
     size_t points = (size_t)q->vertex_count + 2 * (size_t)t.edges + 4 * (size_t)q->face_count;
+    assert(t.edges >= 2 * q->face_count && t.edges <= 4 * q->face_count);
     t.point = QW_NEW_ZERO(env, double, 3 * points);
     qw_stencils limit = qw_limit_stencils(env, q);
     qw_stencils_apply(env, &limit, position, t.point);

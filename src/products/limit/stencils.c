@@ -197,6 +197,7 @@ qw_stencils qw_split_stencils(qw_env *env, const qw_quadmesh *q)
         b.s.first[row++] = b.used;
         for (uint32_t i = 0; i < 4; i++) put(&b, q->corner[4 * (size_t)f + i], 0.25);
     }
+    assert(row == n + edges + q->face_count);
     b.s.first[row] = b.used;
     free_rules(env, &r);
     return b.s;
@@ -268,6 +269,7 @@ qw_stencils qw_stencils_transpose(qw_env *env, const qw_stencils *s)
             size_t at = t.first[s->column[i] + 1]++;
             t.column[at] = r, t.value[at] = s->value[i];
         }
+    assert(t.first[t.row_count] == entries);
     return t;
 }
 

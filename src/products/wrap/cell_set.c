@@ -80,6 +80,7 @@ static void flood_word(qw_flood *f, qw_cell_set *from, qw_cell_set *to, uint32_t
     size_t layer = (size_t)from->words * from->across[1];
     uint64_t cells = spread(f->fresh[word], from->row[word]);
     from->row[word] &= ~cells, to->row[word] |= cells, f->fresh[word] = 0;
+    assert(cells);
     widen(b, w * WORD + (uint32_t)__builtin_ctzll(cells), y, z);
     widen(b, w * WORD + WORD - 1 - (uint32_t)__builtin_clzll(cells), y, z);
     if (w > 0) reach(f, from, to, word - 1, cells << (WORD - 1));

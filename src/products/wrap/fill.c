@@ -3,6 +3,7 @@
 #include "geometry/loops.h"
 #include "products/wrap/hole_fill.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -69,6 +70,7 @@ static void append(filling *f, const loop *l, const qw_hole_fill *p, uint32_t so
         f->corner[3 * (size_t)f->faces + h] = v < l->count ? vertex_of(l, v) : first + v - l->count;
     }
     for (uint32_t t = 0; t < p->face_count; t++) f->source[f->faces] = source, f->component[f->faces++] = component;
+    assert(f->vertices == vertices && f->faces == faces);
 }
 
 /* Whether it was closed. */
@@ -77,6 +79,7 @@ static bool close_loop(filling *f, const loop *l, const double *area)
     qw_env *env = f->env;
     const qw_trimesh *m = &f->clean->mesh;
     uint32_t n = l->count, component = f->clean->component[l->half[0] / 3];
+    assert(n >= 3);
     qw_scope_begin(env);
     qw_vec3 *position = QW_NEW(env, qw_vec3, n), *beside = QW_NEW(env, qw_vec3, n);
     uint32_t *degree = QW_NEW(env, uint32_t, n);

@@ -151,6 +151,7 @@ qw_guard_room qw_guard_enter(qw_guard *g, uint32_t number, const qw_guard_box *b
         g->used += entries;
         g->entry = qw_grow(g->env, g->entry, &g->capacity, g->used, sizeof *g->entry);
     }
+    assert(s->count >= entries);
     room.left = entries;
     return room;
 }
@@ -213,6 +214,7 @@ static bool collide(const qw_skin *s, const uint32_t a[3], const uint32_t b[3])
     for (int j = 0; j < 3; j++)
         if (!taken[j]) y[n++] = b[j];
     qw_wrap_lattice_point p[3], q[3];
+    assert(m == 3 && n == 3);
     points_of(s, x, p), points_of(s, y, q);
     return qw_triangles_collide(p, q, (int)shared);
 }
@@ -254,6 +256,7 @@ static bool meets_new(const qw_skin *s, const qw_guard_edit *edit, const qw_guar
 /* Whether any of the new triangles meets one of the skin that stays: all cells about them are walked over once. */
 static bool meet_others(const qw_guard *g, const qw_guard_edit *edit)
 {
+    assert(edit->now_count <= QW_GUARD_MOST);
     qw_guard_box now[QW_GUARD_MOST], all = {{INT32_MAX, INT32_MAX, INT32_MAX}, {0, 0, 0}};
     for (uint32_t i = 0; i < edit->now_count; i++) {
         now[i] = range_of(g->skin, edit->now[i]);

@@ -94,6 +94,7 @@ static bool cut_ears(qw_env *env, const qw_hole_rim *r, qw_hole_fill *p)
         n--;
         qw_heartbeat(env);
     }
+    assert(!found || n == 3);
     if (found) add_triangle(env, p, left[0], left[1], left[2]);
     qw_free(env, left);
     return found;
@@ -228,6 +229,7 @@ static void smooth(qw_env *env, qw_hole_fill *p, const qw_hole_rim *r)
         umbrella(p, r, p->position, true, first, degree);
         umbrella(p, r, first, false, second, degree);
         for (uint32_t v = r->count; v < p->vertex_count; v++) {
+            assert(degree[v] > 0);
             float scale = 1.0f + 1.0f / (float)degree[v];
             p->position[v] = qw_madd(p->position[v], -0.5f / scale, second[v]);
         }

@@ -131,6 +131,7 @@ static plane fit_plane(const double *position, const double p[3], const nearest 
 {
     double m[3][3] = {{0}}, axis[3][3], mean[3] = {0};
     if (n->count < count) count = n->count;
+    assert(count > 0 && n->distance2[count - 1] > 0);
     double scale = 1 / n->distance2[count - 1];
     for (int i = 0; i < count; i++)
         for (int k = 0; k < 3; k++) mean[k] += (position[3 * (size_t)n->point[i] + (size_t)k] - p[k]) / (count + 1);
@@ -173,6 +174,7 @@ static int cut_cell(side *cell, int count, double x, double y, uint32_t point)
         }
         if (n > MOST_SIDES) return count; /* no room: the cell stays as it is */
     }
+    assert(n <= MOST_SIDES);
     memcpy(cell, kept, (size_t)n * sizeof *cell);
     return n;
 }
@@ -304,6 +306,7 @@ uint32_t qw_triangles_of_points(qw_env *env, const double *position, uint32_t co
             c[0] = p, c[1] = (uint32_t)(key[begin + i] >> 32), c[2] = (uint32_t)key[begin + i];
         }
     }
+    assert(kept > 0 && kept <= all);
     if (kept > INT32_MAX / 3) qw_fail(env, QW_TOO_LARGE, -1, "the points make too many triangles");
     *corner = qw_resize(env, *corner, 3 * kept, sizeof **corner);
     qw_keep(env, *corner);

@@ -33,6 +33,7 @@ static void add_face(corners *c, const uint32_t at[3], int axis, int upper)
         uint32_t p[3] = {at[0], at[1], at[2]};
         p[axis] += (uint32_t)upper, p[k] += i == 1 || i == 2, p[l] += i >= 2;
         v[upper ? i : 3 - i] = vertex_at(c, p, p[2] > at[2]);
+        assert(v[upper ? i : 3 - i] < s->vertex_count);
     }
     size_t n = 3 * (size_t)s->face_count;
     s->corner = qw_grow(s->env, s->corner, &s->corner_capacity, n + 6, sizeof *s->corner);
@@ -222,6 +223,7 @@ void qw_skin_pack(qw_skin *s)
     for (uint32_t v = 0; v < s->vertex_count; v++)
         if (vertex[v] != QW_NONE)
             s->position[vertex[v]] = s->position[v], s->out[vertex[v]] = 3 * face[s->out[v] / 3] + s->out[v] % 3;
+    assert(faces % 2 == 0); /* it is closed */
     s->vertex_count = vertices, s->face_count = faces;
     qw_free(s->env, vertex), qw_free(s->env, face);
 }

@@ -63,6 +63,7 @@ static void work_through(void *user, uint32_t begin, uint32_t end)
     for (uint32_t c = begin; c < end; c++) {
         uint32_t hint = QW_NONE, first = b->begin[b->chosen[c]], last = b->begin[b->chosen[c] + 1];
         if (!qw_listen(b->env)) return;
+        assert(first <= last);
         for (uint32_t i = first; i < last; i++) {
             qw_guard_room *room = &b->room[c];
             if (b->late[b->item[i]]) continue;

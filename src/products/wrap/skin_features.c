@@ -3,6 +3,7 @@
 #include "products/wrap/skin_blocks.h"
 #include "products/wrap/edits.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -44,6 +45,7 @@ static plane plane_at(const qw_wrap_target *target, const double p[3], uint32_t 
 /* The point of all of the 2 or 3 planes that is nearest to p: p plus a combination of their normals. */
 static bool meet(const plane *const f[3], int count, const double p[3], double to[3])
 {
+    assert(count == 2 || count == 3);
     double a[3][4];
     for (int i = 0; i < count; i++) {
         double way[3] = {f[i]->at[0] - p[0], f[i]->at[1] - p[1], f[i]->at[2] - p[2]};
@@ -331,6 +333,7 @@ static void try_flip(qw_guard_room *room, uint32_t h)
              d = qw_skin_apex(s, t);
     qw_guard_edit edit = {.old_count = 0};
     if (!qw_room_holds(room, b) || !qw_room_holds(room, c) || !qw_room_holds(room, d)) return;
+    assert(a != b);
     if (c == d || qw_skin_find(s, c, d) != QW_NONE || qw_skin_valence(s, a) <= 3 || qw_skin_valence(s, b) <= 3) return;
     replace_in(&edit, h / 3), replace_in(&edit, t / 3);
     put(&edit, c, a, d), put(&edit, d, b, c);

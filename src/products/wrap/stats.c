@@ -3,6 +3,7 @@
 #include "base/elementary.h"
 #include "base/sets.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -49,6 +50,7 @@ static bool next_sample(sampling *s, double p[3])
     double u = ROW * s->number, v = COLUMN * s->number;
     u -= qw_floor(u), v -= qw_floor(v);
     if (u + v > 1) u = 1 - u, v = 1 - v;
+    assert(s->triangle < t->count);
     const uint32_t *c = t->corner + 3 * (size_t)s->triangle;
     for (size_t k = 0; k < 3; k++)
         p[k] = (1 - u - v) * t->position[3 * (size_t)c[0] + k] + u * t->position[3 * (size_t)c[1] + k] +

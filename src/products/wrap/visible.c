@@ -5,6 +5,7 @@
 #include "base/vec.h"
 #include "products/wrap/wrap.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -141,6 +142,7 @@ static void cut(cutting *c, piece whole)
         double at[3][3], length;
         uint32_t from = longest_side(c, &p, &length);
         for (int i = 0; i < 3; i++) memcpy(at[i], c->unit + 3 * (size_t)p.corner[i], sizeof at[i]);
+        assert(count < MOST_HALVINGS);
         int seen = qw_triangle_is_seen(c->lattice, (const double(*)[3])at);
         if (seen == QW_SEEN_PARTLY && length > c->lattice->frame.side && count + 2 <= MOST_HALVINGS) {
             uint32_t a = p.corner[from], b = p.corner[(from + 1) % 3], o = p.corner[(from + 2) % 3];

@@ -170,6 +170,7 @@ static void give(qw_env *env, const qw_skin *s, const qw_wrap_target *target, co
         for (int i = 0; i < 3; i++)
             for (int k = 0; k < 3; k++) p[k] += s->position[corner[3 * (size_t)f + (size_t)i]].at[k] / 3.0;
         qw_touch touch = qw_wrap_target_nearest(target, p, hint);
+        assert(touch.face != QW_NONE);
         touched[f] = (float)touch.distance;
         hint = touch.face, w->source[f] = polygons->source[target->source[touch.face]];
     }

@@ -324,6 +324,7 @@ static void drop_fragments(qw_flood *f, qw_wrap_lattice *l)
                 }
     if (l->clusters == 0) l->clusters = l->fragments, l->fragments = 0;
     for (int64_t i = 0; i < l->fragments; i++) qw_flood_from(f, &counted, fragment[i].at, &l->outside, extent);
+    assert(l->fragments == 0 || l->clusters > 0);
     qw_free(f->env, fragment), qw_free(f->env, inside.row), qw_free(f->env, counted.row);
 }
 

@@ -20,6 +20,7 @@
 #include "run/stages/other_side.h"
 #include "run/stages/split_levels.h"
 
+#include <assert.h>
 #include <stdio.h>
 
 static const char OTHER_COUNT[] =
@@ -32,6 +33,7 @@ static void join_core(qw_run_state *run, const qw_quadmesh *core, uint32_t *flat
     run->finished = qw_join_small(run, core);
     run->sides_unlike = QW_SIDES_ALIKE;
     run->reflected = run->finished.face_count, run->source = NULL;
+    assert(run->finished.face_count >= core->face_count);
     if (run->mirror.is_used) {
         const uint8_t *sewn;
         qw_quadmesh quads = qw_split_at_cut(run, &run->finished, &sewn);

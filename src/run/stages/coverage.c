@@ -162,6 +162,7 @@ qw_quadmesh qw_fit_count(qw_run_state *run, const qw_quadmesh *quads)
     double wanted = run->faces_wanted - qw_surplus_of_core(run, quads), possible = fmax(wanted, run->core.needed);
     int64_t least = qw_least_faces(possible, QW_FIT_MARGIN, qw_times_used(run)),
             most = qw_most_faces(possible, QW_FIT_MARGIN, qw_times_used(run));
+    assert(least <= most);
     qw_quadmesh fitted = *quads;
     if (qw_is_near_count(wanted, fitted.face_count, qw_times_used(run))) return fitted;
     if (fitted.face_count > most) {
@@ -211,6 +212,7 @@ static faults find_faults(const qw_run_state *run, const qw_quadmesh *quads, con
         f.lost += f.far[t] > grows_beyond(run, t);
     }
     f.all = qw_in_quads(run, area) + lost + (flipped ? qw_count_flipped(quads, flipped) : 0);
+    assert(f.all >= 0);
     return f;
 }
 

@@ -58,6 +58,7 @@ void qw_report_curves(qw_run_state *run)
     memset(r->curves, 0, sizeof r->curves);
     for (uint32_t i = 0; i < g.arc_count; i++) {
         uint8_t verdict = run->curve_outcome[g.half[g.arc[i].begin]];
+        assert(verdict < QW_CURVE_VERDICTS);
         qw_curve_note note = {.length = length_of(run, &g, &g.arc[i])};
         all += note.length;
         if (verdict == QW_CURVE_KEPT) continue;
@@ -69,6 +70,7 @@ void qw_report_curves(qw_run_state *run)
         qw_log(run->env, QW_LOG_DEBUG, "a curve of %.1f edges at (%g, %g, %g) is %s: %s", note.length, note.at[0],
                note.at[1], note.at[2], note.verdict, qw_curve_verdict_rows[verdict].reason);
     }
+    assert(given_up <= all);
     r->arcs_given_up = all > 0 ? given_up / all : 0;
     qw_scope_end(run->env);
 }

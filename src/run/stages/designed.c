@@ -45,6 +45,7 @@ static void take_positions(exacting *x)
     for (uint32_t c = 0; c < 3 * s->face_count; c++) {
         double *p = x->position + 3 * (size_t)s->corner[c];
         uint32_t polygon = run->whole.clean.source_face[c / 3];
+        assert(polygon < input->face_count);
         for (uint32_t k = input->face_begin[polygon]; k < input->face_begin[polygon + 1]; k++) {
             const double *q = framed + 3 * (size_t)input->corner[k];
             if (fabs(p[0] - q[0]) + fabs(p[1] - q[1]) + fabs(p[2] - q[2]) < QW_SAME_VERTEX) memcpy(p, q, 3 * sizeof *q);
@@ -165,6 +166,7 @@ const qw_primitive *qw_find_designed(qw_run_state *run, double (*point)[3], uint
     for (uint32_t i = 0; i < count; i++) {
         qw_hit hit = qw_bvh_nearest(x.exact.tree, qw_in_frame(frame, point[i]), qw_v3(0, 0, 0), -2, INFINITY, QW_NONE);
         uint32_t p = hit.face == QW_NONE ? QW_NONE : x.found.of_face[hit.face];
+        assert(p == QW_NONE || p < x.found.count);
         if (p != QW_NONE && x.found.item[p].kind <= QW_CONE) of[i] = p;
     }
     for (uint32_t i = 0; i < x.found.count; i++) {

@@ -20,6 +20,7 @@
 #include "whole/sizes.h"
 #include "whole/directions.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -211,6 +212,7 @@ static void judge_bent_curves(qw_run_state *run)
 void qw_stage_REGULAR(qw_run_state *run)
 {
     run->regular = qw_offset_branch(run->env, &run->offsets);
+    assert(run->regular.face_count == run->working.mesh.face_count); /* not yet subdivided */
     run->curve_outcome = QW_NEW(run->env, uint8_t, 3 * (size_t)run->regular.face_count);
     memcpy(run->curve_outcome, run->curve_verdict, 3 * (size_t)run->regular.face_count);
     qw_regular_counts c;

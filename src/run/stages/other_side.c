@@ -90,6 +90,7 @@ static void find_components(other_side *o, const uint32_t *component)
     memset(leader, 0xff, count * sizeof *leader);
     for (uint32_t v = 0; v < q->vertex_count; v++) {
         uint32_t c = component[v];
+        assert(c < count);
         bool is_reflected = !o->run->mirror.about || o->run->mirror.about[c];
         qw_hit hit = qw_bvh_nearest(o->side.tree, q->position[v], normal[v], QW_SAME_SHEET, 1, QW_NONE);
         if (!is_reflected || hit.face == QW_NONE) continue;
@@ -160,6 +161,7 @@ static nearness nearness_of(qw_env *env, const qw_trimesh *m, const qw_halves *q
     for (uint32_t f = 0; f < m->face_count; f++) end[f] = sum += (double)qw_length(qw_face_cross(m, f));
     for (uint32_t i = 0; i < JUDGED; i++) {
         uint32_t f = qw_find_in(end, m->face_count, sum * (i + 0.5) / JUDGED);
+        assert(f < m->face_count);
         const uint32_t *c = m->corner + 3 * (size_t)f;
         float u = (float)qw_hashed(i, 0), v = (float)qw_hashed(i, 1);
         if (u + v > 1) u = 1 - u, v = 1 - v;

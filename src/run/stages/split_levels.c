@@ -63,6 +63,7 @@ static void list_curves(leveling *l)
         from[count] = whole->position[whole->corner[h]];
         to[count++] = whole->position[whole->corner[qw_next(h)]];
     }
+    assert(count <= all);
     qw_free(run->env, component);
     l->shape.from = from, l->shape.to = to, l->shape.curves = qw_curve_tree_build(run->env, from, to, count);
 }
@@ -190,6 +191,7 @@ typedef struct mending {
 static bool raise_again(leveling *l, qw_quadmesh *q, uint32_t before, mending *m)
 {
     qw_env *env = l->run->env;
+    assert(before <= q->vertex_count);
     uint8_t *stays = QW_NEW_ZERO(env, uint8_t, q->vertex_count);
     memset(stays, 1, before);
     if (q->vertex_count > before) qw_put_on_shape(env, q, &l->shape, stays);

@@ -26,6 +26,7 @@
 #include "remesh/sizes/needs.h"
 #include "whole/sizes.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -211,6 +212,7 @@ static void coarsen(qw_run_state *run, const float *length)
     uint8_t *mark = s->mark, *point = s->point; /* the rest is the clean surface's, which stays */
     qw_vec3 *position = s->position == run->core.mesh.position ? NULL : s->position;
     *s = qw_condensed_mesh(env, s, &run->surface_census, length);
+    assert(s->face_count > 0);
     run->surface_census = qw_trimesh_census(env, s);
     qw_free(env, mark), qw_free(env, point), qw_free(env, position);
     qw_keep(env, s->position), qw_keep(env, s->corner), qw_keep(env, s->twin), qw_keep(env, s->mark);
@@ -343,6 +345,7 @@ void qw_stage_WORKING(qw_run_state *run)
     double faces = qw_faces_wanted(run, &run->options);
     run->faces_wanted = qw_core_faces(run, faces);
     run->rho = qw_edge_wanted(run, run->faces_wanted);
+    assert(run->rho > 0);
     run->feature_density = qw_feature_density_of(run);
     run->report->faces_asked = (int64_t)faces;
     qw_warn_of_least(run);
