@@ -72,7 +72,7 @@ static int set_up(void **state)
 {
     (void)state;
     if (!mkdtemp(own_folder) || chmod(own_folder, 0777) != 0 || chdir(own_folder) != 0) return -1;
-    return shell("cp '" QW_BINARY_DIR "/quadwright' tool && '" QW_BINARY_DIR "/quadwright-shapes' bracket 3000 in.obj"
+    return shell("cp '" QW_BINARY_DIR "/quadwright' tool && '" QW_BINARY_DIR "/quadwright-shapes' knot 1200 in.obj"
                  " && chmod 755 tool && chmod 644 in.obj");
 }
 
