@@ -4,6 +4,7 @@
 #include "base/elementary.h"
 #include "base/mechanisms.h"
 #include "base/sets.h"
+#include "geometry/harmonic.h"
 #include "remesh/field/connection_level.h"
 
 #include <assert.h>
@@ -86,5 +87,160 @@ void qw_direct_planes(qw_env *env, const qw_trimesh *mesh, const qw_vec3 *normal
         if (qw_length2(d) > qw_length2(direction[v])) direction[v] = d, directed++;
     }
     qw_did(env, QW_MECH_PLANES, directed);
+    qw_scope_end(env);
+}
+
+/* ---- rings */
+
+/* Up to so many times as far around the outer curve as around the inner one rows run between them: their quads are at
+   most three times as wide and a third as wide as in the middle. */
+static const double MOST_AROUND = 8;
+
+/* Curve along the rim of a plane: closed, or from cut to cut. */
+typedef struct stretch {
+    uint32_t first, length; /* half-edges of the plane, the first of them */
+    bool is_closed;
+    int32_t quarters; /* by which rows along it turn at its corners */
+    double turn;      /* by which it turns in all */
+} stretch;
+
+typedef struct rims {
+    const qw_trimesh *mesh;
+    const uint32_t *plane; /* as of join_planes */
+    const uint8_t *cut;    /* as of qw_direct_rings */
+    uint8_t *is_done;      /* uint8_t[half-edges]: of stretches that were walked */
+} rims;
+
+static bool is_rim(const rims *r, uint32_t h)
+{
+    return is_edge(r->mesh, h) || r->plane[r->mesh->twin[h] / 3] != r->plane[h / 3];
+}
+
+static bool is_of_cut(const rims *r, uint32_t h)
+{
+    return r->cut && r->mesh->twin[h] == QW_NONE &&
+           (r->cut[r->mesh->corner[h]] & r->cut[r->mesh->corner[qw_next(h)]]) != 0;
+}
+
+/* The rim's half-edge after h, and the angle of the plane between them. */
+static uint32_t next_on_rim(const rims *r, uint32_t h, double *angle)
+{
+    const qw_trimesh *m = r->mesh;
+    *angle = 0;
+    for (h = qw_next(h);; h = qw_next(m->twin[h])) {
+        uint32_t before = qw_prev(h);
+        *angle += qw_angle_at(m->position[m->corner[h]], m->position[m->corner[qw_next(h)]],
+                              m->position[m->corner[before]]);
+        if (is_rim(r, h)) return h;
+    }
+}
+
+/* How many quarter turns rows turn at a corner of that angle, which has a quad or more. */
+static int32_t quarters_at(double angle) { return 2 - (int32_t)fmax(1, floor(angle / (QW_PI / 2) + 0.5)); }
+
+/* The stretch from its first half-edge on. */
+static stretch walk(const rims *r, uint32_t first)
+{
+    stretch s = {.first = first};
+    for (uint32_t h = first;;) {
+        double angle;
+        s.length++, r->is_done[h] = 1;
+        h = next_on_rim(r, h, &angle);
+        if (is_of_cut(r, h)) {
+            if (quarters_at(angle) != 1) s.quarters = INT32_MAX / 2;
+            return s;
+        }
+        s.quarters += quarters_at(angle), s.turn += QW_PI - angle;
+        if (h != first) continue;
+        s.is_closed = true;
+        return s;
+    }
+}
+
+/* The stretches along the rim of the faces of a plane, up to three; none where some of it is no curve. */
+static uint32_t list_stretches(const rims *r, const uint32_t *face, uint32_t face_count, stretch s[3])
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < 3 * face_count; i++) {
+        uint32_t h = 3 * face[i / 3] + i % 3;
+        double angle;
+        if (is_rim(r, h) && !is_edge(r->mesh, h)) return 0;
+        if (!is_of_cut(r, h)) continue;
+        h = next_on_rim(r, h, &angle);
+        if (is_of_cut(r, h) || count == 3) continue;
+        s[count++] = walk(r, h);
+        if (quarters_at(angle) != 1) s[count - 1].quarters = INT32_MAX / 2;
+    }
+    for (uint32_t i = 0; i < 3 * face_count && count < 3; i++) {
+        uint32_t h = 3 * face[i / 3] + i % 3;
+        if (is_rim(r, h) && !is_of_cut(r, h) && !r->is_done[h]) s[count++] = walk(r, h);
+    }
+    return count;
+}
+
+/* Gives the vertices of the stretch their value; false where one has another. */
+static bool fix_values(const rims *r, qw_harmonic *p, const stretch *s, double value)
+{
+    uint32_t h = s->first;
+    double angle;
+    for (uint32_t i = 0; i < s->length; i++, h = next_on_rim(r, h, &angle)) {
+        uint32_t ends[2] = {p->place[r->mesh->corner[h]], p->place[r->mesh->corner[qw_next(h)]]};
+        for (int k = 0; k < 2; k++) {
+            if (p->is_fixed[ends[k]] && p->value[ends[k]] != value) return false;
+            p->is_fixed[ends[k]] = 1, p->value[ends[k]] = value;
+        }
+    }
+    return true;
+}
+
+/* Directions around, where the plane lies between two stretches of curve along which rows can run, and only there. As
+   long as the function between them is steep: in bays of a curve it is not. Returns at how many vertices. */
+static int64_t direct_between(qw_env *env, const rims *r, const uint32_t *face, uint32_t face_count,
+                              const qw_vec3 *normal, qw_vec3 facing, qw_vec3 *direction)
+{
+    stretch s[3];
+    if (list_stretches(r, face, face_count, s) != 2 || s[0].is_closed != s[1].is_closed || s[0].quarters != 0 ||
+        s[1].quarters != 0)
+        return 0;
+    qw_harmonic p = qw_harmonic_begin(env, r->mesh, face, face_count, r->plane, r->plane[face[0]]);
+    int64_t euler = (int64_t)p.count - p.edges + face_count;
+    if (euler != !s[0].is_closed || !fix_values(r, &p, &s[0], 0) || !fix_values(r, &p, &s[1], 1)) return 0;
+    qw_harmonic_solve(env, &p);
+    double turn = (fabs(s[0].turn) + fabs(s[1].turn)) / 2, around = qw_exp(turn / qw_harmonic_energy(&p));
+    qw_log(env, QW_LOG_DEBUG, "plane of %u triangles: %.2f times as far around", face_count, around);
+    if (around > MOST_AROUND) return 0;
+    qw_vec3 *lines = qw_harmonic_lines(env, &p);
+    double mean = 0;
+    int64_t count = 0;
+    for (uint32_t i = 0; i < p.count; i++) mean += (double)qw_length(lines[i]) / p.count;
+    for (uint32_t i = 0; i < p.count; i++) {
+        uint32_t v = p.vertex[i];
+        if (!is_same(normal[v], facing) || qw_length2(lines[i]) == 0) continue;
+        direction[v] = qw_scale(qw_normalize(lines[i]), fminf(1, qw_length(lines[i]) / (float)mean));
+        count++;
+    }
+    return count;
+}
+
+void qw_direct_rings(qw_env *env, const qw_trimesh *mesh, const uint8_t *cut, const qw_vec3 *normal, qw_vec3 *direction)
+{
+    assert(mesh->twin && normal && direction);
+    qw_scope_begin(env);
+    uint32_t n = mesh->face_count, *face = QW_NEW(env, uint32_t, n), *begin = QW_NEW_ZERO(env, uint32_t, n + 2);
+    qw_vec3 *facing = QW_NEW(env, qw_vec3, n);
+    for (uint32_t f = 0; f < n; f++) facing[f] = qw_normalize(qw_face_cross(mesh, f));
+    rims r = {.mesh = mesh, .plane = join_planes(env, mesh, facing), .cut = cut};
+    r.is_done = QW_NEW_ZERO(env, uint8_t, 3 * (size_t)n);
+    const plane *planes = measure_planes(env, mesh, facing, r.plane);
+    for (uint32_t f = 0; f < n; f++) begin[r.plane[f] + 2]++;
+    for (uint32_t f = 0; f < n; f++) begin[f + 2] += begin[f + 1];
+    for (uint32_t f = 0; f < n; f++) face[begin[r.plane[f] + 1]++] = f;
+    for (uint32_t f = 0; f < n; f++) {
+        uint32_t count = begin[f + 1] - begin[f];
+        if (count <= 1 || planes[f].is_bent) continue;
+        qw_scope_begin(env);
+        qw_did(env, QW_MECH_PLANES, direct_between(env, &r, face + begin[f], count, normal, facing[f], direction));
+        qw_scope_end(env);
+    }
     qw_scope_end(env);
 }

@@ -2,8 +2,8 @@
 
 #include "base/elementary.h"
 #include "geometry/bvh.h"
+#include "geometry/harmonic.h"
 #include "remesh/sizes/scale.h"
-#include "solve/cg.h"
 
 #include <assert.h>
 #include <math.h>
@@ -19,8 +19,6 @@ enum { TRIES = 10 };
    them. From there to those of the middle so many edges at least are free. */
 static const double SMOOTH = 0.9;
 static const float SPARE = 2, BEYOND = 0.5f;
-/* Weights of edges between obtuse triangles are raised to this, so that the function has its extremes on the rims. */
-static const double LEAST_WEIGHT = 0.02;
 /* Sizes grow with the lines around, up to so many times; they do not shrink with them, as rows would be too thin. */
 static const double MOST_RATIO = 2.5;
 /* Where lines get shorter away from the curve, rings are laid until they are as short as this share of it: as many
@@ -28,8 +26,6 @@ static const double MOST_RATIO = 2.5;
 static const double LEAST_RATIO = 0.6;
 /* No nest needs more than this many times what it may reach; what a curve encloses lies no farther. */
 static const float FAR = 3;
-static const double TOLERANCE = 1e-4;
-enum { MAX_ITERATIONS = 1000 };
 
 /* A mesh with the curves of nests in it. */
 typedef struct nesting {
@@ -361,117 +357,34 @@ void qw_unmark_nests(qw_env *env, qw_trimesh *m, const qw_nests *nests)
 
 /* ---- directions */
 
-/* The harmonic function on the band that was grown last, by an equation for each of its vertices. */
-typedef struct potential {
-    const nesting *g;
-    uint32_t count, *vertex; /* vertices of the band: uint32_t[count] */
-    uint32_t *place;         /* uint32_t[vertices of the mesh]: the place of each in `vertex` */
-    uint32_t edges, *end;    /* of the band: uint32_t[2 edges], places */
-    double *weight;          /* double[edges] */
-    uint8_t *is_fixed;       /* uint8_t[count] */
-    double *diagonal, *u;    /* double[count] */
-} potential;
-
-static double cotangent_at(const qw_trimesh *m, uint32_t h)
+/* The harmonic function on the band that was grown last: 0 on the curve, 1 on the far rim. Where an open curve ends in
+   a cut nothing is fixed along that. In the current scope. */
+static qw_harmonic solve(const nesting *g, bool at_boundary)
 {
-    const qw_vec3 p = m->position[m->corner[h]], a = qw_sub(m->position[m->corner[qw_next(h)]], p),
-                  b = qw_sub(m->position[m->corner[qw_prev(h)]], p);
-    double sine = (double)qw_length(qw_cross(a, b));
-    return sine > 0 ? (double)qw_dot(a, b) / sine : 0;
-}
-
-static void apply(void *user, qw_env *env, const double *x, double *y)
-{
-    (void)env;
-    const potential *p = user;
-    for (uint32_t i = 0; i < p->count; i++) y[i] = 0;
-    for (uint32_t e = 0; e < p->edges; e++) {
-        uint32_t a = p->end[2 * e], b = p->end[2 * e + 1];
-        double flow = p->weight[e] * (x[a] - x[b]);
-        y[a] += flow, y[b] -= flow;
-    }
-    for (uint32_t i = 0; i < p->count; i++)
-        if (p->is_fixed[i]) y[i] = x[i];
-}
-
-/* Numbers the vertices, and says which are fixed: those on the curve at 0, those on the far rim at 1. Where an open
-   curve ends in a cut nothing is fixed along that. */
-static void set_rims(potential *p, bool at_boundary)
-{
-    const nesting *g = p->g;
     const qw_trimesh *m = g->mesh;
-    for (uint32_t i = 0; i < 3 * g->face_count; i++) p->place[corner_of(g, i)] = QW_NONE;
-    for (uint32_t i = 0; i < 3 * g->face_count; i++) {
-        uint32_t v = corner_of(g, i);
-        if (p->place[v] == QW_NONE) p->place[v] = p->count, p->vertex[p->count++] = v;
-    }
+    qw_harmonic p = qw_harmonic_begin(g->env, m, g->face, g->face_count, g->face_stamp, g->stamp);
     for (uint32_t i = 0; i < g->face_count; i++)
         for (uint32_t h = 3 * g->face[i]; h < 3 * g->face[i] + 3; h++) {
             if (!is_rim(g, h) || (m->twin[h] == QW_NONE && !at_boundary)) continue;
-            uint32_t ends[2] = {p->place[m->corner[h]], p->place[m->corner[qw_next(h)]]};
-            for (int k = 0; k < 2; k++) p->is_fixed[ends[k]] = 1, p->u[ends[k]] = 1;
+            uint32_t ends[2] = {p.place[m->corner[h]], p.place[m->corner[qw_next(h)]]};
+            for (int k = 0; k < 2; k++) p.is_fixed[ends[k]] = 1, p.value[ends[k]] = 1;
         }
-    for (uint32_t i = 0; i < p->count; i++)
-        if (g->distance[p->vertex[i]] == 0) p->is_fixed[i] = 1, p->u[i] = 0;
-}
-
-static void set_weights(potential *p)
-{
-    const nesting *g = p->g;
-    const qw_trimesh *m = g->mesh;
-    for (uint32_t i = 0; i < g->face_count; i++)
-        for (uint32_t h = 3 * g->face[i]; h < 3 * g->face[i] + 3; h++) {
-            uint32_t t = m->twin[h], a = p->place[m->corner[h]], b = p->place[m->corner[qw_next(h)]];
-            if (!is_rim(g, h) && t < h) continue;
-            double w = cotangent_at(m, qw_prev(h)) + (is_rim(g, h) ? 0 : cotangent_at(m, qw_prev(t)));
-            p->weight[p->edges] = fmax(w / 2, LEAST_WEIGHT);
-            p->end[2 * p->edges] = a, p->end[2 * p->edges + 1] = b;
-            p->diagonal[a] += p->weight[p->edges], p->diagonal[b] += p->weight[p->edges];
-            p->edges++;
-        }
-    for (uint32_t i = 0; i < p->count; i++)
-        if (p->is_fixed[i]) p->diagonal[i] = 1;
-}
-
-/* In the current scope. */
-static potential solve(const nesting *g, bool at_boundary)
-{
-    qw_env *env = g->env;
-    uint32_t most = 3 * g->face_count;
-    potential p = {.g = g, .vertex = QW_NEW(env, uint32_t, most), .end = QW_NEW(env, uint32_t, 2 * (size_t)most)};
-    p.place = QW_NEW(env, uint32_t, g->mesh->vertex_count), p.weight = QW_NEW(env, double, most);
-    p.is_fixed = QW_NEW_ZERO(env, uint8_t, most);
-    p.diagonal = QW_NEW_ZERO(env, double, most), p.u = QW_NEW_ZERO(env, double, most);
-    set_rims(&p, at_boundary);
-    set_weights(&p);
-    double *b = QW_NEW(env, double, p.count), *x = QW_NEW_ZERO(env, double, p.count);
-    apply(&p, env, p.u, b);
-    for (uint32_t i = 0; i < p.count; i++) b[i] = p.is_fixed[i] ? 0 : -b[i];
-    qw_cg_solve(env, p.count, apply, &p, p.diagonal, b, x, TOLERANCE, MAX_ITERATIONS);
-    for (uint32_t i = 0; i < p.count; i++) p.u[i] += x[i];
+    for (uint32_t i = 0; i < p.count; i++)
+        if (g->distance[p.vertex[i]] == 0) p.is_fixed[i] = 1, p.value[i] = 0;
+    qw_harmonic_solve(g->env, &p);
     return p;
 }
 
-/* Directions along the lines of equal value: the gradient in each face, turned by a quarter, its mean at vertices. way:
-   1 or -1, so that both sides of a curve run the same way around. */
-static int64_t write_directions(const potential *p, float way, float reach, const uint8_t *constraint,
-                                qw_vec3 *direction)
+/* Directions along the lines of equal value. way: 1 or -1, so that both sides of a curve run the same way around. */
+static int64_t write_directions(const nesting *g, const qw_harmonic *p, float way, float reach,
+                                const uint8_t *constraint, qw_vec3 *direction)
 {
-    const nesting *g = p->g;
-    const qw_trimesh *m = g->mesh;
-    qw_vec3 *along = QW_NEW_ZERO(g->env, qw_vec3, p->count);
-    for (uint32_t i = 0; i < g->face_count; i++) {
-        const uint32_t *c = m->corner + 3 * (size_t)g->face[i];
-        qw_vec3 sum = qw_v3(0, 0, 0); /* u of each corner times the side opposite: the turned gradient, times -2 area */
-        for (int k = 0; k < 3; k++)
-            sum = qw_madd(sum, (float)p->u[p->place[c[k]]],
-                          qw_sub(m->position[c[(k + 2) % 3]], m->position[c[(k + 1) % 3]]));
-        for (int k = 0; k < 3; k++) along[p->place[c[k]]] = qw_add(along[p->place[c[k]]], sum);
-    }
+    qw_vec3 *along = qw_harmonic_lines(g->env, p);
     int64_t count = 0;
     for (uint32_t i = 0; i < p->count; i++) {
         uint32_t v = p->vertex[i];
-        if (constraint[v] != QW_VERTEX_FREE || p->u[i] > SMOOTH || g->distance[v] > reach || qw_length2(along[i]) == 0)
+        if (constraint[v] != QW_VERTEX_FREE || p->value[i] > SMOOTH || g->distance[v] > reach ||
+            qw_length2(along[i]) == 0)
             continue;
         direction[v] = qw_scale(qw_normalize(along[i]), way);
         count++;
@@ -538,8 +451,8 @@ int64_t qw_direct_nests(qw_env *env, const qw_trimesh *mesh, const qw_nests *nes
             const qw_nest *n = &nests->nest[i];
             if (grow_widest(&g, i, side, n->reach[side] + SPARE * n->edge) == 0) continue;
             qw_scope_begin(env);
-            potential p = solve(&g, is_closed(n));
-            count += write_directions(&p, side == QW_LEFT ? 1 : -1, n->reach[side] + BEYOND * n->edge, constraint,
+            qw_harmonic p = solve(&g, is_closed(n));
+            count += write_directions(&g, &p, side == QW_LEFT ? 1 : -1, n->reach[side] + BEYOND * n->edge, constraint,
                                       direction);
             qw_scope_end(env);
             if (n->ends_inside && grow_inside(&g, i, side)) direct_middle(&g, n, n->reach[side], constraint, direction);

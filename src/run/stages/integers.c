@@ -17,6 +17,7 @@
 #include "remesh/quantise/regular.h"
 #include "remesh/offsets/subdivide.h"
 #include "remesh/offsets/inversions.h"
+#include "whole/cut.h"
 #include "whole/sizes.h"
 #include "whole/directions.h"
 
@@ -131,6 +132,11 @@ void qw_stage_ORIENTATION(qw_run_state *run)
     if (run->options.follow > 0)
         run->alignment = qw_principal_directions(env, &run->surface, run->rho, mesh->position, run->normal,
                                                  mesh->vertex_count);
+    if (run->alignment && qw_uses(env, QW_MECH_PLANES)) {
+        uint8_t *cut = run->mirror.is_used ? qw_find_cuts(run, mesh) : NULL;
+        qw_direct_rings(env, mesh, cut, run->normal, run->alignment);
+        qw_free(env, cut);
+    }
     qw_vec3 *asked = qw_directions_asked(run);
     if (asked) run->alignment = with_asked(env, run->alignment, asked, mesh->vertex_count);
     run->orientation = qw_orientation_field(env, hierarchy, turn, run->alignment, (float)run->options.follow, asked,
