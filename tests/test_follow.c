@@ -246,11 +246,51 @@ static void rows_end_where_the_girth_changes(void **state)
     shape_free(&s);
 }
 
+/* A wheel of 0.4 with a hole of 0.35, four points of its rim a tooth, by their radius and their share of the way to the
+   next. */
+enum { TEETH = 10 };
+static const double (*tooth)[2];
+
+static void at_wheel(double u, double v, double p[3])
+{
+    int i = (int)(u * 4 * TEETH + 0.5) % (4 * TEETH), ring = (int)(v * 4 + 0.5) % 4;
+    double a = 2 * PI * (i / 4 + tooth[i % 4][1]) / TEETH, r = ring == 0 || ring == 3 ? 0.35 : tooth[i % 4][0];
+    /* no face lies along an axis */
+    double x = r * cos(a), y = r * sin(a), z = ring < 2 ? 0 : 0.4;
+    p[0] = 0.8 * x + 0.6 * z, p[1] = y, p[2] = 0.8 * z - 0.6 * x;
+}
+
+/* Rows between the hole and the teeth run around the hole, so that there is no cone but at corners, and strips come
+   home. Those that ran along the teeth of a ratchet would be spirals: these keep their teeth. */
+static void rows_run_around_wheels(void **state)
+{
+    (void)state;
+    static const double gear[4][2] = {{1, 0}, {1.15, 0.12}, {1.15, 0.38}, {1, 0.5}},
+                        ratchet[4][2] = {{1, 0}, {1, 0.3}, {1.07, 0.65}, {1.18, 0.97}};
+    static const int64_t counts[] = {600, 1000, 3000};
+    for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
+        int64_t irregular;
+        tooth = gear;
+        shape s = shape_of_sheet(&(shape_sheet){4 * TEETH, 4, true, true, false, at_wheel});
+        qw_quality quality = quality_of(&s, counts[i], -1, &irregular);
+        assert_int_equal(quality.crossing, 0);
+        assert_int_equal(irregular, 8 * TEETH);
+        shape_free(&s);
+        tooth = ratchet;
+        s = shape_of_sheet(&(shape_sheet){4 * TEETH, 4, true, true, false, at_wheel});
+        quality = quality_of(&s, counts[i], -1, &irregular);
+        assert_true(quality.sharp_mean < 0.02); /* edges; 0.15 to 0.27 without teeth */
+        shape_free(&s);
+    }
+}
+
 QW_TEST_SUITE(follow)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(capsules_have_rings), cmocka_unit_test(none_is_asked_for),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(capsules_have_rings),
+                                       cmocka_unit_test(none_is_asked_for),
                                        cmocka_unit_test(rows_on_planes_are_straight),
                                        cmocka_unit_test(chamfered_prisms_have_eight_cones),
-                                       cmocka_unit_test(rows_end_where_the_girth_changes)};
+                                       cmocka_unit_test(rows_end_where_the_girth_changes),
+                                       cmocka_unit_test(rows_run_around_wheels)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -193,8 +193,48 @@ static bool fix_values(const rims *r, qw_harmonic *p, const stretch *s, double v
     return true;
 }
 
-/* Directions around, where the plane lies between two stretches of curve along which rows can run, and only there. As
-   long as the function between them is steep: in bays of a curve it is not. Returns at how many vertices. */
+/* Rows that run along the curve come home only if it climbs across them about as far as it comes down: the one is at
+   most twice the other. Those along a ratchet are spirals. */
+static const double COMES_DOWN = 1.0 / 3;
+
+/* By how many quarters rows along the curve have turned at corners, at each half-edge of the stretch: double[length],
+   in the current scope. On most of the curve by none. NULL: they do not come home. */
+static double *quarters_along(qw_env *env, const rims *r, const stretch *s)
+{
+    double *turned = QW_NEW(env, double, s->length), sum = 0, length = 0, angle;
+    uint32_t h = s->first;
+    int32_t now = 0;
+    for (uint32_t i = 0; i < s->length; i++) {
+        double edge = (double)qw_length(qw_edge_way(r->mesh, h));
+        turned[i] = now, sum += now * edge, length += edge;
+        h = next_on_rim(r, h, &angle);
+        now -= quarters_at(angle);
+    }
+    double most = s->is_closed ? floor(sum / length + 0.5) : 0;
+    h = s->first;
+    double up = 0, climbs = 0;
+    for (uint32_t i = 0; i < s->length; i++, h = next_on_rim(r, h, &angle)) {
+        double edge = (double)qw_length(qw_edge_way(r->mesh, h));
+        turned[i] -= most;
+        up += edge * qw_sin(turned[i] * (QW_PI / 2)), climbs += edge * fabs(qw_sin(turned[i] * (QW_PI / 2)));
+    }
+    return fabs(up) <= COMES_DOWN * climbs ? turned : NULL;
+}
+
+/* The same at the vertices of the stretch; at a corner the mean of both sides. */
+static void fix_quarters(const rims *r, qw_harmonic *p, const stretch *s, const double *turned)
+{
+    double angle;
+    uint32_t h = s->first;
+    for (uint32_t i = 0; i < s->length; i++, h = next_on_rim(r, h, &angle)) {
+        uint32_t last = i > 0 ? i - 1 : s->is_closed ? s->length - 1 : 0;
+        p->value[p->place[r->mesh->corner[h]]] = (turned[last] + turned[i]) / 2;
+    }
+}
+
+/* Directions where the plane lies between two stretches of curve along which rows can run around: along lines of equal
+   value between them, and turned from these by what rows turn at corners, as far as that is felt. As long as the
+   function between them is steep: in bays of a curve it is not. Returns at how many vertices. */
 static int64_t direct_between(qw_env *env, const rims *r, const uint32_t *face, uint32_t face_count,
                               const qw_vec3 *normal, qw_vec3 facing, qw_vec3 *direction)
 {
@@ -202,6 +242,8 @@ static int64_t direct_between(qw_env *env, const rims *r, const uint32_t *face, 
     if (list_stretches(r, face, face_count, s) != 2 || s[0].is_closed != s[1].is_closed || s[0].quarters != 0 ||
         s[1].quarters != 0)
         return 0;
+    const double *turned[2] = {quarters_along(env, r, &s[0]), quarters_along(env, r, &s[1])};
+    if (!turned[0] || !turned[1]) return 0;
     qw_harmonic p = qw_harmonic_begin(env, r->mesh, face, face_count, r->plane, r->plane[face[0]]);
     int64_t euler = (int64_t)p.count - p.edges + face_count;
     if (euler != !s[0].is_closed || !fix_values(r, &p, &s[0], 0) || !fix_values(r, &p, &s[1], 1)) return 0;
@@ -210,13 +252,21 @@ static int64_t direct_between(qw_env *env, const rims *r, const uint32_t *face, 
     qw_log(env, QW_LOG_DEBUG, "plane of %u triangles: %.2f times as far around", face_count, around);
     if (around > MOST_AROUND) return 0;
     qw_vec3 *lines = qw_harmonic_lines(env, &p);
+    for (uint32_t i = 0; i < p.count; i++) {
+        p.is_fixed[i] |= r->cut && r->cut[p.vertex[i]];
+        p.value[i] = 0;
+    }
+    for (int k = 0; k < 2; k++) fix_quarters(r, &p, &s[k], turned[k]);
+    qw_harmonic_solve(env, &p);
     double mean = 0;
     int64_t count = 0;
     for (uint32_t i = 0; i < p.count; i++) mean += (double)qw_length(lines[i]) / p.count;
     for (uint32_t i = 0; i < p.count; i++) {
         uint32_t v = p.vertex[i];
         if (!is_same(normal[v], facing) || qw_length2(lines[i]) == 0) continue;
-        direction[v] = qw_scale(qw_normalize(lines[i]), fminf(1, qw_length(lines[i]) / (float)mean));
+        double quarter = p.value[i] * (QW_PI / 2);
+        qw_vec3 line = qw_scale(qw_normalize(lines[i]), fminf(1, qw_length(lines[i]) / (float)mean));
+        direction[v] = qw_madd(qw_scale(line, (float)qw_cos(quarter)), (float)qw_sin(quarter), qw_cross(facing, line));
         count++;
     }
     return count;
