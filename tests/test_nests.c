@@ -329,17 +329,15 @@ static void dents_with_a_twin_get_rings(void **state)
     shape_free(&s);
 }
 
-/* Pits in a plate, with sharp edges between their slanted walls and their floors, are no dents: their quads are not to
-   be laid in rings across the edges. */
-static void sharp_pits_are_no_dents(void **state)
+/* A symmetric file of tests/data/regress has no nests. */
+static void no_rings_in(const char *path)
 {
-    (void)state;
     qw_mesh *mesh;
     qw_context *context;
     qw_options options;
     qw_options_init(&options);
     options.faces = 1500, options.symmetry = QW_SYMMETRY_X;
-    assert_int_equal(qw_load(QW_TEST_DATA "/regress/pits.obj", NULL, &mesh), QW_OK);
+    assert_int_equal(qw_load(path, NULL, &mesh), QW_OK);
     qw_mesh_view view = qw_mesh_get(mesh);
     assert_int_equal(qw_create(NULL, &context), QW_OK);
     assert_int_equal(qw_set_mesh(context, &view), QW_OK);
@@ -348,6 +346,21 @@ static void sharp_pits_are_no_dents(void **state)
     assert_int_equal(qw_get_report(context)->symmetric, 1);
     assert_int_equal(qw_get_report(context)->nests, 0);
     qw_destroy(context);
+}
+
+/* Pits in a plate, with sharp edges between their slanted walls and their floors, are no dents: their quads are not to
+   be laid in rings across the edges. */
+static void sharp_pits_are_no_dents(void **state)
+{
+    (void)state;
+    no_rings_in(QW_TEST_DATA "/regress/pits.obj");
+}
+
+/* A jagged hem has many corners, which rings would smooth away, however short its teeth are. */
+static void jagged_hems_are_no_openings(void **state)
+{
+    (void)state;
+    no_rings_in(QW_TEST_DATA "/regress/jagged_sleeve.obj");
 }
 
 /* A ball open in an almond around z, whose boundary turns sharply at both ends. */
@@ -456,6 +469,7 @@ QW_TEST_SUITE(nests)
         cmocka_unit_test(loops_on_both_sides_are_one), cmocka_unit_test(a_socket_gets_rings_by_itself),
         cmocka_unit_test(dents_with_a_twin_get_rings), cmocka_unit_test(sharp_pits_are_no_dents),
         cmocka_unit_test(openings_have_rings),         cmocka_unit_test(lips_have_rings),
+        cmocka_unit_test(jagged_hems_are_no_openings),
     };
     return cmocka_run_group_tests_name("nests", tests, NULL, NULL);
 }

@@ -8,7 +8,8 @@
 #include <math.h>
 
 /* An opening has a corner where it turns by more radians than this, a little more than a pentagon does, within an
-   eighth of its length. Round ones have no corner, slits and the lids of eyes two. */
+   eighth of its length or within an edge of the quads, as a jagged hem does. Round ones have no corner, slits and the
+   lids of eyes two. */
 static const double CORNER = 0.42 * QW_PI;
 enum { CORNERS = 2, OF_LENGTH = 8 };
 
@@ -45,8 +46,8 @@ static void walk(opening *o, uint32_t h, uint8_t *seen)
     } while (h != first && !lies_in_cut(o, h));
 }
 
-/* uint8_t[vertices]: kinds of constraint, with the corners of all openings. */
-static uint8_t *find_corners(opening *o)
+/* uint8_t[vertices]: kinds of constraint, with the corners of all openings, which turn within `most` at the most. */
+static uint8_t *find_corners(opening *o, double most)
 {
     qw_env *env = o->run->env;
     const qw_trimesh *m = o->mesh;
@@ -56,7 +57,7 @@ static uint8_t *find_corners(opening *o)
     for (uint32_t h = 0; h < 3 * m->face_count; h++) {
         if (m->twin[h] != QW_NONE || seen[h] || lies_in_cut(o, h)) continue;
         walk(o, h, seen);
-        for (uint32_t i = 0; i < o->count; i++) span[m->corner[o->half[i]]] = (float)(o->length / OF_LENGTH);
+        for (uint32_t i = 0; i < o->count; i++) span[m->corner[o->half[i]]] = (float)fmin(o->length / OF_LENGTH, most);
     }
     qw_find_constraints(env, m, true, CORNER, span, NULL, &kind, &direction);
     qw_free(env, span), qw_free(env, seen), qw_free(env, direction);
@@ -89,7 +90,7 @@ qw_openings qw_find_openings(const qw_run_state *run, double rho)
                           QW_NEW(env, uint8_t, rims)},
                          QW_NEW(env, uint32_t, 2 * (size_t)rims)};
     opening o = {run, m, qw_find_cuts(run, m), QW_NEW(env, uint32_t, rims), 0, false, 0};
-    const uint8_t *kind = find_corners(&o);
+    const uint8_t *wide = find_corners(&o, INFINITY), *narrow = find_corners(&o, rho);
     uint8_t *seen = QW_NEW_ZERO(env, uint8_t, sides);
     double most = QW_NECK_RATIO * run->options.rings * 4 * QW_PI * qw_trimesh_area(m);
     qw_necks *n = &found.curves;
@@ -98,7 +99,7 @@ qw_openings qw_find_openings(const qw_run_state *run, double rho)
         walk(&o, h, seen);
         double halves = o.is_closed ? 1 : 2, whole = halves * o.length;
         if (n->count == QW_MOST_NECKS || o.count < 3 || whole * whole > most ||
-            halves * count_corners(&o, kind) > CORNERS)
+            halves * count_corners(&o, wide) > CORNERS || halves * count_corners(&o, narrow) > CORNERS)
             continue;
         uint32_t begin = n->begin[n->count];
         for (uint32_t i = 0; i < o.count; i++) {
