@@ -422,6 +422,32 @@ static void openings_have_rings(void **state)
     shape_free(&s);
 }
 
+/* A loop drawn on the boundary itself, as who selects its edges does, or just beside it, where there is no room for a
+   row: the opening has the rings of both sides. */
+static void loops_on_rims_give_rings(void **state)
+{
+    (void)state;
+    enum { POINTS = 48, RINGS = 2 };
+    shape s = shape_of_sheet(&(shape_sheet){96, 48, true, false, false, at_mouth});
+    for (int beside = 0; beside < 4; beside++) {
+        qw_options options;
+        qw_context *context = context_with(&s, 2000, &options);
+        options.symmetry = beside % 2 ? QW_SYMMETRY_X : QW_SYMMETRY_NONE;
+        double p[POINTS][3];
+        for (int i = 0; i < POINTS; i++) at_mouth((i + 0.5) / POINTS, 0.002 * beside, p[i]);
+        const qw_guide guide = {sizeof guide, QW_GUIDE_LOOP, 1, POINTS, p[0], RINGS};
+        assert_int_equal(qw_set_guides(context, &guide, 1), QW_OK);
+        qw_mesh_view quads;
+        if (qw_run(context, &options) != QW_OK) fail_msg("%s", qw_message(context));
+        qw_get_mesh(context, &quads);
+        uint32_t rows = rows_around(&quads);
+        printf("a mouth's rim, %d: %u rows\n", beside, rows);
+        assert_true(rows >= 2 * RINGS - 1 && qw_get_report(context)->guide_edges > 0);
+        qw_destroy(context);
+    }
+    shape_free(&s);
+}
+
 /* A ball with a mouth: a bag behind lips that meet in a sharp fold at both corners, where the way along the surface
    from one lip to the other is far longer than through the air. */
 static double lips; /* half of their height; below 0: the surface is inside out */
@@ -469,7 +495,7 @@ QW_TEST_SUITE(nests)
         cmocka_unit_test(loops_on_both_sides_are_one), cmocka_unit_test(a_socket_gets_rings_by_itself),
         cmocka_unit_test(dents_with_a_twin_get_rings), cmocka_unit_test(sharp_pits_are_no_dents),
         cmocka_unit_test(openings_have_rings),         cmocka_unit_test(lips_have_rings),
-        cmocka_unit_test(jagged_hems_are_no_openings),
+        cmocka_unit_test(jagged_hems_are_no_openings), cmocka_unit_test(loops_on_rims_give_rings),
     };
     return cmocka_run_group_tests_name("nests", tests, NULL, NULL);
 }

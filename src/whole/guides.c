@@ -16,8 +16,8 @@
 #include <math.h>
 #include <string.h>
 
-/* How far from the surface a point of a guide may lie, in edges of the quads that the surface is fine enough for: those
-   of the result are up to twice as long. */
+/* How far from the surface a point of a guide may lie, and twice how far from an opening that it stands for, in edges
+   of the quads that the surface is fine enough for: those of the result are up to twice as long. */
 static const double MOST_OFF = 1;
 /* How far from a guide of direction it counts, in edges of the quads; from half of that on less and less. */
 static const float REACH = 1.5f;
@@ -114,14 +114,17 @@ void qw_engrave_guides(qw_run_state *run)
              *begin = QW_NEW(env, uint32_t, (size_t)s->guide_count + 1);
     uint8_t *mark = QW_NEW(env, uint8_t, s->guide_count);
     qw_vec3 *loops = QW_NEW(env, qw_vec3, (size_t)QW_FINER * s->guide_begin[s->guide_count]);
+    float near = (float)(MOST_OFF / 2 * edge);
+    int64_t on_rims = 0;
     begin[0] = 0;
     for (uint32_t g = 0; g < s->guide_count; g++) {
         if (s->guide_kind[g] != QW_GUIDE_LOOP) continue;
-        uint32_t i = lines.count++;
+        uint32_t i = lines.count, count = qw_smooth_count(run, g);
         number[i] = g, mark[i] = qw_has_rings(run, g) ? QW_MARKS : QW_MARK_FEATURE,
         finer[i] = qw_has_rings(run, g) ? QW_FINER : 1;
         qw_smooth_guide(run, g, point, loops + begin[i]);
-        begin[i + 1] = begin[i] + qw_smooth_count(run, g);
+        int64_t rim = qw_has_rings(run, g) ? qw_mark_drawn_opening(run, loops + begin[i], count, near) : 0;
+        begin[i + 1] = begin[i] + count, lines.count += rim == 0, on_rims += rim;
     }
     assert(begin[lines.count] <= (size_t)QW_FINER * s->guide_begin[s->guide_count]); /* the room for loops */
     lines.begin = begin, lines.point = loops, lines.number = number, lines.mark = mark, lines.finer = finer;
@@ -129,6 +132,7 @@ void qw_engrave_guides(qw_run_state *run)
         qw_trimesh cut = qw_engrave(env, &run->surface, bvh, &lines, (float)edge, &run->report->guide_edges, NULL);
         take_surface(run, &cut);
     }
+    run->report->guide_edges += on_rims;
     qw_scope_end(env);
 }
 

@@ -95,7 +95,7 @@ qw_openings qw_find_openings(const qw_run_state *run, double rho)
     double most = QW_NECK_RATIO * run->options.rings * 4 * QW_PI * qw_trimesh_area(m);
     qw_necks *n = &found.curves;
     for (uint32_t h = 0; h < sides; h++) {
-        if (m->twin[h] != QW_NONE || seen[h] || lies_in_cut(&o, h)) continue;
+        if (m->twin[h] != QW_NONE || seen[h] || lies_in_cut(&o, h) || (m->mark && m->mark[h])) continue;
         walk(&o, h, seen);
         double halves = o.is_closed ? 1 : 2, whole = halves * o.length;
         if (n->count == QW_MOST_NECKS || o.count < 3 || whole * whole > most ||
@@ -114,13 +114,42 @@ qw_openings qw_find_openings(const qw_run_state *run, double rho)
     return found;
 }
 
-void qw_mark_openings(qw_run_state *run, const qw_openings *openings)
+/* Marks edges of the boundary as a curve of a nest. */
+static void mark_rim(qw_run_state *run, const uint32_t *half, uint32_t count)
 {
-    const qw_necks *n = &openings->curves;
-    if (n->count > 0 && !run->surface.mark) {
+    if (!run->surface.mark) {
         run->surface.mark = QW_NEW_ZERO(run->env, uint8_t, 3 * run->surface.face_count);
         qw_keep(run->env, run->surface.mark);
     }
+    for (uint32_t i = 0; i < count; i++) run->surface.mark[half[i]] = QW_MARKS;
+}
+
+void qw_mark_openings(qw_run_state *run, const qw_openings *openings)
+{
+    const qw_necks *n = &openings->curves;
     for (uint32_t i = 0; i < n->count; i++)
-        for (uint32_t k = n->begin[i]; k + 1 < n->begin[i + 1]; k++) run->surface.mark[openings->half[k]] = QW_MARKS;
+        mark_rim(run, openings->half + n->begin[i], n->begin[i + 1] - n->begin[i] - 1);
+}
+
+int64_t qw_mark_drawn_opening(qw_run_state *run, const qw_vec3 *point, uint32_t count, float near)
+{
+    qw_env *env = run->env;
+    const qw_trimesh *m = &run->surface;
+    int64_t marked = 0;
+    qw_scope_begin(env);
+    const qw_curve_tree *tree = qw_curve_tree_build(env, point, point + 1, count - 1);
+    opening o = {run, m, qw_find_cuts(run, m), QW_NEW(env, uint32_t, 3 * m->face_count), 0, false, 0};
+    uint8_t *seen = QW_NEW_ZERO(env, uint8_t, 3 * m->face_count);
+    double length = 0;
+    for (uint32_t i = 0; i + 1 < count; i++) length += (double)qw_distance(point[i], point[i + 1]);
+    for (uint32_t h = 0; h < 3 * m->face_count; h++) {
+        if (m->twin[h] != QW_NONE || seen[h] || lies_in_cut(&o, h)) continue;
+        walk(&o, h, seen);
+        bool is_along = 2 * o.length > length; /* and no small hole beside it */
+        for (uint32_t i = 0; i < o.count && is_along; i++)
+            is_along = qw_curve_nearest(tree, m->position[m->corner[o.half[i]]], near).segment != QW_NONE;
+        if (is_along) mark_rim(run, o.half, o.count), marked += o.count;
+    }
+    qw_scope_end(env);
+    return marked;
 }

@@ -299,9 +299,17 @@ static void write_sizes(nesting *g, uint32_t nest, int side, const side_fit *fit
     }
 }
 
+static bool is_opening(const nesting *g, uint32_t nest)
+{
+    for (uint32_t k = 0; k < g->count; k++)
+        if (g->number[k] == nest) return g->mesh->twin[g->half[k]] == QW_NONE;
+    return false;
+}
+
 static void fit_nest(nesting *g, uint32_t nest, float *size)
 {
     qw_nest *n = &g->nests->nest[nest];
+    if (n->ends_inside && is_opening(g, nest)) n->rings *= 2, n->most_rings *= 2; /* both sides' on one */
     side_fit fit[QW_SIDES];
     double radius = ring_length(n) / (2 * QW_PI);
     double edge = fmin(mean_on_curve(g, nest, size), ring_length(n) / QW_LEAST_AROUND);
