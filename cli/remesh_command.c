@@ -238,22 +238,20 @@ static qw_status run_stages(session *s)
 
 /* ---- levels of detail */
 
-enum { LEVEL_PATH = 4096 };
-
 /* "a/b.obj" becomes "a/b_LOD1.obj". */
-static const char *level_path(char text[LEVEL_PATH], const char *path, int64_t level)
+static const char *level_path(char text[QW_PATH_SIZE], const char *path, int64_t level)
 {
     if (!path || strcmp(path, "-") == 0) return path;
     const char *slash = strrchr(path, '/'), *dot = strrchr(slash ? slash : path, '.');
     size_t stem = dot ? (size_t)(dot - path) : strlen(path);
-    snprintf(text, LEVEL_PATH, "%.*s_LOD%lld%s", (int)stem, path, (long long)level, path + stem);
+    snprintf(text, QW_PATH_SIZE, "%.*s_LOD%lld%s", (int)stem, path, (long long)level, path + stem);
     return text;
 }
 
 /* The names of the files of one level. */
 typedef struct level_files {
-    char output[LEVEL_PATH], json[LEVEL_PATH], provenance[LEVEL_PATH], patches[LEVEL_PATH], coarse[LEVEL_PATH],
-        field[LEVEL_PATH];
+    char output[QW_PATH_SIZE], json[QW_PATH_SIZE], provenance[QW_PATH_SIZE], patches[QW_PATH_SIZE],
+        coarse[QW_PATH_SIZE], field[QW_PATH_SIZE];
 } level_files;
 
 static bool is_in_one_file(const qw_arguments *a) { return a->format == QW_FORMAT_GLB || a->format == QW_FORMAT_GLTF; }

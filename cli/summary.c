@@ -5,8 +5,6 @@
 #include <inttypes.h>
 #include <string.h>
 
-enum { PATH_SIZE = 4096 }; /* of a path as it is shown */
-
 /* ---- for people */
 
 static void print_fields(FILE *file, qw_record record, qw_field_kind kind, const void *values)
@@ -36,9 +34,9 @@ void qw_print_measures(FILE *file, const qw_topology *topology, const qw_quality
     if (topology->quads) fprintf(file, "%-24s %.4g\n", "min_scaled_jacobian", quality->min_scaled_jacobian);
 }
 
-static const char *shown(char text[PATH_SIZE], const char *path)
+static const char *shown(char text[QW_PATH_SIZE], const char *path)
 {
-    qw_printable(text, PATH_SIZE, path);
+    qw_printable(text, QW_PATH_SIZE, path);
     return text;
 }
 
@@ -47,7 +45,7 @@ void qw_print_summary(FILE *file, const qw_report *report, const qw_notes *notes
 {
     const qw_topology *t = &report->topology;
     const char *what = second_order ? "elements of second order" : "quads";
-    char path[PATH_SIZE];
+    char path[QW_PATH_SIZE];
     if (input)
         fprintf(file, "in:   %s, %" PRId64 " triangles in %" PRId64 " component%s\n", shown(path, input),
                 report->input_triangles, report->components, report->components == 1 ? "" : "s");

@@ -56,6 +56,14 @@ static inline double qw_floor(double x)
     return whole > x ? whole - 1 : copysign(whole, x);
 }
 static inline double qw_ceil(double x) { return -qw_floor(-x); }
+/* Fractional parts of the multiples of these fill a square evenly (Roberts 2018); folded, the triangle u + v <= 1. */
+static const double QW_ROBERTS[2] = {0.7548776662466927, 0.5698402909980532};
+static inline void qw_spread_in_triangle(uint32_t i, double *u, double *v)
+{
+    *u = QW_ROBERTS[0] * i, *v = QW_ROBERTS[1] * i;
+    *u -= qw_floor(*u), *v -= qw_floor(*v);
+    if (*u + *v > 1) *u = 1 - *u, *v = 1 - *v;
+}
 static inline double qw_round_away(double x)
 {
     double a = fabs(x), whole = qw_floor(a);

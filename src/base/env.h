@@ -17,6 +17,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+enum { QW_WORD = 64 };     /* bits of a word of a set */
 #define QW_NONE UINT32_MAX /* "no index" wherever a uint32_t index may be missing */
 
 typedef struct qw_env qw_env;

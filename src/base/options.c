@@ -49,7 +49,6 @@ typedef struct table {
     const char *init; /* the function that fills it */
 } table;
 
-enum { NUMBER_SIZE = 64 };
 static const table of_run = {rows, sizeof rows / sizeof *rows, sizeof(qw_options), "qw_options_init"},
                    of_asset = {asset_rows, sizeof asset_rows / sizeof *asset_rows, sizeof(qw_asset_options),
                                "qw_asset_options_init"};
@@ -149,8 +148,8 @@ static bool looks_real(const char *text)
 /* strtod reads the decimal point of the caller's locale, so that one is put in the place of ours. */
 static bool parse_real(const char *text, double *value)
 {
-    if (!looks_real(text) || strlen(text) >= NUMBER_SIZE) return false;
-    char local[NUMBER_SIZE + 16];
+    if (!looks_real(text) || strlen(text) >= QW_SETTING_SIZE) return false;
+    char local[QW_SETTING_SIZE + 16];
     const char *point = strchr(text, '.');
     if (point)
         snprintf(local, sizeof local, "%.*s%s%s", (int)(point - text), text, localeconv()->decimal_point, point + 1);
@@ -162,7 +161,7 @@ static bool parse_real(const char *text, double *value)
 /* The fewest digits that read back to the same double. */
 static void print_real(double value, char *text, size_t size)
 {
-    char local[NUMBER_SIZE];
+    char local[QW_SETTING_SIZE];
     for (int digits = 15; digits <= 17; digits++) {
         snprintf(local, sizeof local, "%.*g", digits, value);
         if (strtod(local, NULL) == value) break;
@@ -201,7 +200,7 @@ static const char *nearest_name(const table *t, const char *name)
 /* "from 0 to 20000000 faces" */
 static void describe_bounds(const qw_option_info *info, char *text, size_t size)
 {
-    char least[NUMBER_SIZE], most[NUMBER_SIZE];
+    char least[QW_SETTING_SIZE], most[QW_SETTING_SIZE];
     print_real(info->least, least, sizeof least);
     print_real(info->most, most, sizeof most);
     bool unit = info->unit[0] && strcmp(info->unit, "-") != 0;
@@ -210,7 +209,7 @@ static void describe_bounds(const qw_option_info *info, char *text, size_t size)
 
 static qw_status refuse_number(const qw_option_info *info, const char *value, char *message, size_t message_size)
 {
-    char bounds[3 * NUMBER_SIZE];
+    char bounds[3 * QW_SETTING_SIZE];
     describe_bounds(info, bounds, sizeof bounds);
     return refuse(message, message_size, "option %s must be a %s %s, not \"%.40s\"", info->name,
                   info->kind == QW_KIND_COUNT ? "whole number" : "number", bounds, value);
@@ -246,7 +245,7 @@ static qw_status set_plane(qw_options *options, const char *value, char *message
     static const char *const parts[] = {"symmetry_x", "symmetry_y", "symmetry_z", "symmetry_offset"};
     qw_options o = *options;
     for (int i = 0; i < 4; i++) {
-        char number[NUMBER_SIZE];
+        char number[QW_SETTING_SIZE];
         size_t length = strcspn(value, ",");
         if (length >= sizeof number || (value[length] == ',') != (i < 3))
             return refuse(message, message_size, "a plane of symmetry is four numbers, NX,NY,NZ,OFFSET");
@@ -265,7 +264,7 @@ static qw_status set_plane(qw_options *options, const char *value, char *message
    none, are set. */
 static qw_status set_wrap(qw_options *options, const char *value, char *message, size_t message_size)
 {
-    char number[NUMBER_SIZE];
+    char number[QW_SETTING_SIZE];
     size_t length = strlen(value);
     bool in_quads = length > 1 && length < sizeof number && value[length - 1] == 'q';
     qw_options o = *options;
@@ -360,7 +359,7 @@ static qw_status get(const table *t, const void *options, const char *name, char
     if (!options || !name || !value) return QW_OPTION;
     size_t index = find(t, name), length;
     if (index == t->count) return QW_OPTION;
-    char text[NUMBER_SIZE];
+    char text[QW_SETTING_SIZE];
     const char *choice;
     switch (t->row[index].info.kind) {
     case QW_KIND_COUNT: snprintf(text, sizeof text, "%" PRId64, read_whole(t, options, index)); break;
@@ -392,7 +391,7 @@ qw_status qw_asset_option_get(const qw_asset_options *options, const char *name,
 qw_status qw_memory_size(const char *text, uint64_t *bytes, char *message, size_t message_size)
 {
     static const char units[] = "KMGT";
-    char number[NUMBER_SIZE] = "";
+    char number[QW_SETTING_SIZE] = "";
     double value = 0, scale = 1;
     size_t length = text ? strspn(text, "0123456789.") : 0;
     if (length < sizeof number && length) memcpy(number, text, length);
@@ -417,7 +416,7 @@ static qw_status validate_one(const table *t, const void *options, size_t index,
     bool real = info->kind == QW_KIND_REAL;
     double value = real ? read_real(t, options, index) : (double)read_whole(t, options, index);
     if (value >= info->least && value <= info->most) return QW_OK; /* a NaN is neither */
-    char text[NUMBER_SIZE];
+    char text[QW_SETTING_SIZE];
     print_real(value, text, sizeof text);
     if (info->kind == QW_KIND_FLAG)
         return refuse(message, message_size, "option %s must be 0 or 1, not %s", info->name, text);

@@ -10,7 +10,7 @@ static const qw_preset_info infos[] = {
 #include "quadwright/presets.def"
 };
 
-enum { PRESET_COUNT = sizeof infos / sizeof infos[0], SETTING_SIZE = 64 };
+enum { PRESET_COUNT = sizeof infos / sizeof infos[0] };
 
 size_t qw_preset_count(void) { return PRESET_COUNT; }
 const qw_preset_info *qw_preset_at(size_t index) { return index < PRESET_COUNT ? &infos[index] : NULL; }
@@ -43,7 +43,7 @@ qw_status qw_options_preset(qw_options *options, const char *name, char *message
     const qw_preset_info *preset = name ? find(name) : NULL;
     if (!options || !preset) return refuse(name, message, message_size);
     for (const char *at = preset->settings; *at;) {
-        char setting[SETTING_SIZE];
+        char setting[QW_SETTING_SIZE];
         size_t length = strcspn(at, " ");
         snprintf(setting, sizeof setting, "%.*s", (int)length, at);
         char *equals = strchr(setting, '=');

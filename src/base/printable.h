@@ -1,6 +1,9 @@
 /* Texts that others wrote, such as names of files, as they can be shown: valid UTF-8 without control characters. */
 #pragma once
 
+/* Bytes of a path, as a link holds it and as it is shown. */
+enum { QW_PATH_SIZE = 4096 };
+
 #include <stdbool.h>
 #include <stddef.h>
 

@@ -5,7 +5,7 @@
 #include <assert.h>
 #include <stdbool.h>
 
-enum { SHORT_RUN = 24, MOST_PARTS = 64 };
+enum { MOST_PARTS = 64 };
 
 static void insertion_sort(uint64_t *item, size_t count)
 {
@@ -72,7 +72,7 @@ void qw_sort_u64(uint64_t *item, size_t count)
     int held = 0, splits = 0;
     for (size_t n = count; n > 1; n /= 2) splits += 2;
     for (;;) {
-        while (count > SHORT_RUN && splits > 0) { /* the larger half waits: at most one for each halving */
+        while (count > QW_SHORT_RUN && splits > 0) { /* the larger half waits: at most one for each halving */
             size_t first = split(item, count), rest = count - first;
             bool is_left = first < rest;
             splits--;
@@ -81,7 +81,7 @@ void qw_sort_u64(uint64_t *item, size_t count)
             part[held++].splits = splits;
             item = is_left ? item : item + first, count = is_left ? first : rest;
         }
-        if (count > SHORT_RUN) heap_sort(item, count);
+        if (count > QW_SHORT_RUN) heap_sort(item, count);
         else insertion_sort(item, count);
         if (held == 0) return;
         held--, item = part[held].item, count = part[held].count, splits = part[held].splits;

@@ -6,6 +6,8 @@
 #include <stdint.h>
 #include <string.h>
 
+enum { QW_SHORT_RUN = 24 }; /* items that are sorted faster by insertion */
+
 void qw_sort_u64(uint64_t *item, size_t count);
 
 /* Sorts, and leaves each once. Returns how many are left. */

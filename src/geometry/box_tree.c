@@ -7,6 +7,8 @@
  */
 #include "geometry/box_tree.h"
 
+#include "base/sort.h"
+
 #include <assert.h>
 #include <float.h>
 #include <math.h>
@@ -19,8 +21,7 @@ enum {
     STEP_BITS = 7,
     CELLS = 1 << 3 * CELL_BITS,
     FEW = 2048, /* primitives that one thread sorts in less time than others need to begin */
-    BLOCK = 16384,
-    SHORT_RUN = 24
+    BLOCK = 16384
 };
 
 /* A key is where a primitive lies on the curve, with the primitive in the low half. */
@@ -153,7 +154,7 @@ static void sort_into_cells(qw_env *env, build *b, uint32_t count)
 /* By code, of 3 * STEP_BITS bits; equal ones stay in order. */
 static void sort_keys(uint64_t *keys, uint64_t *spare, uint32_t count)
 {
-    if (count <= SHORT_RUN) {
+    if (count <= QW_SHORT_RUN) {
         for (uint32_t i = 1; i < count; i++) {
             uint64_t x = keys[i];
             uint32_t k = i;

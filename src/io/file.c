@@ -2,6 +2,7 @@
 #define _XOPEN_SOURCE 700 /* readlink, fsync */
 
 #include "io/file.h"
+#include "base/printable.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -17,9 +18,8 @@
 #include <unistd.h>
 
 enum {
-    WAIT = 20,       /* milliseconds between two questions to the host */
-    MOST_LINKS = 40, /* from one to the next, as Linux has it */
-    LINK_SIZE = 4096
+    WAIT = 20,      /* milliseconds between two questions to the host */
+    MOST_LINKS = 40 /* from one to the next, as Linux has it */
 };
 
 /* strerror keeps its text in a global. */
@@ -59,9 +59,9 @@ static int descriptor_of(const char *path)
 /* Where the symbolic link at `path` points, or NULL where it is none. In the caller's scope. */
 static char *link_target(qw_env *env, const char *path)
 {
-    char *text = qw_alloc(env, LINK_SIZE, 1);
-    ssize_t size = readlink(path, text, LINK_SIZE - 1);
-    if (size < 0 || size == LINK_SIZE - 1) {
+    char *text = qw_alloc(env, QW_PATH_SIZE, 1);
+    ssize_t size = readlink(path, text, QW_PATH_SIZE - 1);
+    if (size < 0 || size == QW_PATH_SIZE - 1) {
         qw_free(env, text);
         return NULL;
     }

@@ -1,6 +1,7 @@
 #include "run/dump.h"
 
 #include "base/constants.h"
+#include "base/near.h"
 #include "remesh/sizes/fast.h"
 #include "io/file.h"
 #include "run/dump_validate.h"
@@ -11,7 +12,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { MOST_RECORDS = 256, ORDER_MARK = 0x01020304, OPTIONS_SIZE = 4096, VALUE_SIZE = 64 };
+enum { MOST_RECORDS = 256, ORDER_MARK = 0x01020304, OPTIONS_SIZE = 4096 };
 
 static const char MAGIC[8] = {'Q', 'W', 'S', 'T', 'A', 'T', 'E', '\n'};
 /* Coordinates in the centred frame are below 1, lengths in wanted lengths as offsets are. */
@@ -229,7 +230,7 @@ static void walk(dump *d, int part)
 /* "faces=500\n" a line. */
 static void write_options(dump *d)
 {
-    char *text = qw_alloc(d->env, OPTIONS_SIZE, 1), one[VALUE_SIZE];
+    char *text = qw_alloc(d->env, OPTIONS_SIZE, 1), one[QW_SETTING_SIZE];
     size_t length = 0;
     for (size_t i = 0; i < qw_option_count(); i++) {
         const char *name = qw_option_at(i)->name;

@@ -11,7 +11,6 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_WARNINGS = sizeof((qw_report *)0)->warnings / sizeof((qw_report *)0)->warnings[0] };
 /* Mean length of offsets, and quads a triangle of the working mesh: more than any run has, and few enough to be made.
  */
 enum { MEAN_OFFSET = 32, QUADS_A_TRIANGLE = 64 };
@@ -30,9 +29,11 @@ static bool is_positive(double x) { return x > 0 && isfinite(x); }
 
 static void validate_report(qw_context_state *c)
 {
-    REQUIRE(c, c->report.size == sizeof c->report && c->report.warning_count <= MOST_WARNINGS,
+    REQUIRE(c,
+            c->report.size == sizeof c->report &&
+                c->report.warning_count <= sizeof c->report.warnings / sizeof *c->report.warnings,
             "the report is not one of this library");
-    for (uint32_t i = 0; i < MOST_WARNINGS; i++)
+    for (uint32_t i = 0; i < sizeof c->report.warnings / sizeof *c->report.warnings; i++)
         REQUIRE(c, memchr(c->report.warnings[i], 0, sizeof c->report.warnings[i]),
                 "a warning in the report has no end");
     for (int i = 0; i < QW_STAGE_COUNT; i++)

@@ -1,11 +1,11 @@
 #include "solve/cg.h"
+#include "base/simd.h"
 
 #include <assert.h>
 #include <math.h>
 #include <string.h>
 
 /* Unknowns a block. Part of the result's definition: sums are kept a block. */
-enum { LANES = 4 };
 
 /* What a round may gain at most. */
 static const double ROUND = 1e-10;
@@ -43,16 +43,16 @@ static void multiply_task(void *user, uint32_t begin, uint32_t end)
     s->sum[0][begin / QW_GRAIN_LIGHT] = sum;
 }
 
-/* A step along p. Leaves r . r and r . scale r, each added up in LANES strands so that the additions do not wait for
+/* A step along p. Leaves r . r and r . scale r, each added up in QW_LANES strands so that the additions do not wait for
  * one another. */
 static void step_task(void *user, uint32_t begin, uint32_t end)
 {
     solver *s = user;
     double *restrict x = s->x, *restrict r = s->r;
     const double *restrict p = s->p, *restrict q = s->q, *restrict scale = s->scale;
-    double alpha = s->alpha, rr[LANES] = {0}, rz[LANES] = {0};
-    for (uint32_t i = begin; i < end; i += LANES) {
-        uint32_t lanes = end - i < LANES ? end - i : LANES;
+    double alpha = s->alpha, rr[QW_LANES] = {0}, rz[QW_LANES] = {0};
+    for (uint32_t i = begin; i < end; i += QW_LANES) {
+        uint32_t lanes = end - i < QW_LANES ? end - i : QW_LANES;
         for (uint32_t l = 0; l < lanes; l++) {
             uint32_t k = i + l;
             x[k] += alpha * p[k];

@@ -23,6 +23,9 @@ qw_multigrid *qw_multigrid_build(qw_env *env, const qw_csr *matrix);
    together in the coarser systems stays as it was, which serves as long as few couplings changed by much. */
 void qw_multigrid_refresh(qw_env *env, qw_multigrid *grids);
 
+/* Iterations after which a system that does not converge is left as it is. */
+enum { QW_MULTIGRID_MOST = 60 };
+
 /* b, x: float[row_count]. x holds the first guess on entry (and becomes 0 when b is 0). Where the diagonal is 0, the
    unknown is left alone. An iteration takes as long as ten of conjugate gradients. Ends at the tolerance, at
    max_iterations, or where rounding lets the residual fall no further. */

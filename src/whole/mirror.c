@@ -23,9 +23,9 @@
 #include <stdio.h>
 #include <string.h>
 
-/* A component is another's twin if MOST_OF_IT, reflected, lies within QW_NEARLY_ALIKE of the surface's diagonal and
+/* A component is another's twin if QW_MOST_OF_IT, reflected, lies within QW_NEARLY_ALIKE of the surface's diagonal and
    TWIN of its own. */
-static const double TWIN = 0.1, MOST_OF_IT = 0.95;
+static const double TWIN = 0.1;
 
 /* In the report: components are, each about a plane of its own. */
 enum { SYMMETRIC_PARTS = 2 };
@@ -163,7 +163,7 @@ static void count_found(twins *t, bool off_plane)
     }
 }
 
-static bool has_twin(const twins *t, uint32_t c) { return t->found[c] >= MOST_OF_IT * t->samples[c]; }
+static bool has_twin(const twins *t, uint32_t c) { return t->found[c] >= QW_MOST_OF_IT * t->samples[c]; }
 
 /* uint8_t[components of the clean surface]: QW_SINGLE where one lies off the plane and has no twin on its other side;
    QW_KEPT_WHOLE and QW_LEFT_OUT: two that cross the plane and one another, each the reflection of the other. NULL: all

@@ -13,7 +13,7 @@
 
 /* Components of less than this share of the area are not asked: it bounds how many are. Nor are flat ones, of which the
    sum of the normals has this share of the area: their boundary alone says where a plane lies, and not exactly. */
-static const double LEAST_PART = 1.0 / 16, FLAT = 0.999;
+static const double LEAST_PART = 1.0 / 16;
 
 /* A component by itself, in the frame of the whole. */
 static qw_trimesh take_component(const qw_run_state *run, uint32_t component)
@@ -53,7 +53,7 @@ static bool is_flat(const qw_cut_surface *part)
 {
     qw_vec3 sum = {0, 0, 0};
     for (uint32_t f = 0; f < part->mesh->face_count; f++) sum = qw_add(sum, qw_face_cross(part->mesh, f));
-    return (double)qw_length(sum) / 2 > FLAT * part->area;
+    return (double)qw_length(sum) / 2 > QW_PARALLEL_COSINE * part->area;
 }
 
 /* Whether both sides of the plane have one topology. */

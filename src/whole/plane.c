@@ -8,6 +8,7 @@
 #include "base/constants.h"
 #include "geometry/bvh.h"
 #include "geometry/polygons.h"
+#include "base/elementary.h"
 
 #include <assert.h>
 #include <float.h>
@@ -41,9 +42,6 @@ static const double COVERED = 2, ROUGHLY = 1.3, ROUGH = 2e-3;
 static const double DAMPING = 1e-6;
 /* A surface lies in a plane if its mean distance from it is below so many diagonals. */
 static const double FLAT = 1e-6;
-/* Planes whose normals have at least this cosine are the same. */
-static const double SAME_NORMAL = 0.999;
-static const double MOSTLY = 0.95, NEARLY_ALL = 0.999;
 
 qw_mirror_plane qw_mirror_plane_of(const double normal[3], double offset)
 {
@@ -112,9 +110,8 @@ static void place_samples(plane_search *s)
     for (uint32_t i = 0; i < JUDGED; i++) {
         double at = s->area_end[m->face_count - 1] * (i + 0.5) / JUDGED;
         while (f + 1 < m->face_count && s->area_end[f] < at) f++;
-        double u = 0.7548776662466927 * (i + 1), v = 0.5698402909980532 * (i + 1); /* Roberts' sequence */
-        u -= floor(u), v -= floor(v);
-        if (u + v > 1) u = 1 - u, v = 1 - v;
+        double u, v;
+        qw_spread_in_triangle(i + 1, &u, &v);
         const uint32_t *c = m->corner + 3 * (size_t)f;
         qw_vec3 a = m->position[c[0]], b = m->position[c[1]], d = m->position[c[2]];
         s->point[i][0] = (double)a.x + u * (double)(b.x - a.x) + v * (double)(d.x - a.x);
@@ -408,7 +405,7 @@ static uint32_t improve_all(plane_search *s, const beginning *all, uint32_t coun
         bool is_new = good == 0 || !is_as_good(found[0].gap, one.gap);
         for (uint32_t k = 0; k < others && is_new; k++) {
             const double *a = other[k].plane.normal, *n = one.plane.normal;
-            is_new = fabs(a[0] * n[0] + a[1] * n[1] + a[2] * n[2]) < SAME_NORMAL;
+            is_new = fabs(a[0] * n[0] + a[1] * n[1] + a[2] * n[2]) < QW_PARALLEL_COSINE;
         }
         if (is_new) other[others++] = one;
     }
@@ -437,8 +434,8 @@ static qw_mirror_search judge(plane_search *s, const qw_frame *frame, const qw_m
     for (int k = 0; k < 3; k++) judged.offset -= judged.normal[k] * frame->center[k];
     judged.offset *= frame->scale;
     result.gap = reflect_all(s, &judged, JUDGED);
-    result.most = qw_percentile(s->distance, JUDGED, MOSTLY) / s->diagonal;
-    result.far = qw_percentile(s->distance, JUDGED, NEARLY_ALL) / s->diagonal;
+    result.most = qw_percentile(s->distance, JUDGED, QW_MOST_OF_IT) / s->diagonal;
+    result.far = qw_percentile(s->distance, JUDGED, QW_NEARLY_ALL) / s->diagonal;
     return result;
 }
 

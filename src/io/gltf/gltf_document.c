@@ -8,10 +8,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#define GLB_MAGIC 0x46546c67u /* "glTF" */
-#define GLB_JSON  0x4e4f534au
-#define GLB_BIN   0x004e4942u
-
 enum { MOST_STRIDE = 255 };
 
 /* Whole numbers in JSON are doubles to many writers. */
@@ -217,7 +213,7 @@ qw_bytes qw_gltf_fetch_uri(const qw_gltf_document *d, const char *uri, uint64_t 
 
 /* ---- the file */
 
-bool qw_is_glb(qw_bytes bytes) { return bytes.size >= 4 && qw_fetch_bits(bytes.at, 4, false) == GLB_MAGIC; }
+bool qw_is_glb(qw_bytes bytes) { return bytes.size >= 4 && memcmp(bytes.at, "glTF", 4) == 0; }
 
 bool qw_is_gltf(qw_bytes bytes)
 {
@@ -240,14 +236,15 @@ static qw_bytes open_glb(qw_gltf_document *d, qw_bytes file)
                 "%s: the header of GLB announces %" PRIu64 " bytes, but the file has %zu", d->name, length, file.size);
     qw_bytes json = {NULL, 0};
     for (uint64_t at = QW_GLB_HEADER; at + QW_GLB_CHUNK_HEADER <= length;) {
-        uint64_t size = qw_fetch_bits(file.at + at, 4, false), kind = qw_fetch_bits(file.at + at + 4, 4, false);
+        uint64_t size = qw_fetch_bits(file.at + at, 4, false);
+        const char *kind = file.at + at + 4;
         at += QW_GLB_CHUNK_HEADER;
         if (size > length - at)
             qw_fail(d->env, QW_FORMAT_TRUNCATED, (int64_t)at,
                     "%s, byte %" PRIu64 ": a chunk has %" PRIu64 " bytes, but %" PRIu64 " are left", d->name,
                     at - QW_GLB_CHUNK_HEADER, size, length - at);
-        if (kind == GLB_JSON && !json.at) json = (qw_bytes){file.at + at, (size_t)size};
-        else if (kind == GLB_BIN && !d->chunk.at) d->chunk = (qw_bytes){file.at + at, (size_t)size};
+        if (memcmp(kind, "JSON", 4) == 0 && !json.at) json = (qw_bytes){file.at + at, (size_t)size};
+        else if (memcmp(kind, "BIN", 4) == 0 && !d->chunk.at) d->chunk = (qw_bytes){file.at + at, (size_t)size};
         at += size;
     }
     if (!json.at) qw_fail(d->env, QW_FORMAT_SYNTAX, -1, "%s: the GLB has no chunk of JSON", d->name);

@@ -21,7 +21,7 @@
 #define STBI_NO_STDIO
 #define STBI_NO_SIMD
 #define STBI_NO_THREAD_LOCALS
-#define STBI_MAX_DIMENSIONS 16384
+#define STBI_MAX_DIMENSIONS QW_MOST_PIXELS_ALONG
 #define STBI_FAILURE_USERMSG
 /* Before 2.28 tables that a scan of a JPEG names and that are not there are read as they were allocated. */
 #define STBI_MALLOC(size) calloc(1, size)

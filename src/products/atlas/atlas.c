@@ -107,7 +107,7 @@ static bool settle_chart(maker *k, qw_flat *t)
         round_chart(t, (const double(*)[2])at, shift);
         simple = qw_flat_is_simple(k->env, t, grid);
         for (int r = 0; r < 2; r++) { /* multiples of irrational numbers: spread evenly over the step */
-            shift[r] += r ? 0.5698402909980532 : 0.7548776662466927;
+            shift[r] += QW_ROBERTS[r];
             if (shift[r] >= 0.5) shift[r] -= 1;
         }
     }

@@ -5,8 +5,6 @@
 
 #include <stdbool.h>
 
-enum { QW_WORD = 64 };
-
 typedef struct qw_mask {
     uint32_t across, down, words; /* cells, and words of a row */
     uint32_t step;                /* rows are looked at in steps of so many: each once, far from the last ones */

@@ -9,8 +9,6 @@
  * singularity. */
 static const float LEAST_MEAN = 0.05f;
 
-static const double DEGREES = 180 / 3.14159265358979323846;
-
 /* The fourth power of a direction's angle to x in the plane of x and y: the same for all four of a cross. */
 typedef struct fourth {
     float re, im;
@@ -128,7 +126,7 @@ static double angle_to_cross(qw_vec3 line, qw_vec3 direction, qw_vec3 normal)
 {
     double along = fabs((double)qw_dot(line, direction)),
            across = fabs((double)qw_dot(line, qw_cross(normal, direction)));
-    return qw_atan2(fmin(along, across), fmax(along, across)) * DEGREES;
+    return qw_atan2(fmin(along, across), fmax(along, across)) * (180 / QW_PI);
 }
 
 double qw_mean_field_angle(qw_env *env, const qw_source *source, qw_domain domain, const qw_vec3 *field,

@@ -3,15 +3,13 @@
 #include "products/limit/stencils.h"
 #include "geometry/go_back.h"
 #include "solve/cg.h"
+#include "base/elementary.h"
 
 #include <assert.h>
 #include <math.h>
 #include <string.h>
 
-enum {
-    PROJECTIONS = 5,
-    MOST_ITERATIONS = 60 /* of conjugate gradients: then the error is a hundredth of a distance */
-};
+enum { PROJECTIONS = 5 };
 static const double TOLERANCE = 1e-3;
 /* How much a distance along the shape counts, squared, beside one from it. */
 static const double ALONG = 0.03;
@@ -160,10 +158,8 @@ static void pull_from_surface(qw_env *env, fitting *t)
         qw_vec3 cross = qw_face_cross(m, f);
         const uint32_t *corner = m->corner + 3 * (size_t)f;
         for (passed += 0.5 * (double)qw_length(cross); next <= passed; next += step) {
-            /* a sequence of low discrepancy, folded into the triangle */
-            double u = ++count * 0.7548776662466927, v = count * 0.5698402909980532;
-            u -= floor(u), v -= floor(v);
-            if (u + v > 1) u = 1 - u, v = 1 - v;
+            double u, v;
+            qw_spread_in_triangle(++count, &u, &v);
             qw_vec3 a = m->position[corner[0]], p = qw_madd(a, (float)u, qw_sub(m->position[corner[1]], a));
             p = qw_madd(p, (float)v, qw_sub(m->position[corner[2]], a));
             qw_hit hit = qw_bvh_nearest_of(tree, m->component ? m->component[f] : QW_NONE, p, qw_normalize(cross),
@@ -295,7 +291,7 @@ static void project(qw_env *env, fitting *t, double *x, const double *x0)
     for (size_t k = 0; k < 3 * (size_t)n; k++) gone[k] = x[k] - x0[k];
     add_fairness(t, gone, -1, b);
     clear_fixed(t, b);
-    qw_cg_solve(env, 3 * n, apply, t, diagonal_of(env, t), b, d, TOLERANCE, MOST_ITERATIONS);
+    qw_cg_solve(env, 3 * n, apply, t, diagonal_of(env, t), b, d, TOLERANCE, QW_CG_MOST);
     move(t, qw_edges_around(env, t->quads), x, x0, d);
     step_to(env, t, x);
     qw_scope_end(env);

@@ -10,6 +10,7 @@
 #include "base/axes.h"
 #include "base/elementary.h"
 #include "geometry/effort.h"
+#include "base/constants.h"
 
 #include <assert.h>
 #include <float.h>
@@ -31,7 +32,7 @@ static const double degrees = 180 / 3.14159265358979323846;
 static const double mirror_gap = 0.0035;
 
 /* The share of the samples within that gap; and by which share of it another plane must be better. */
-static const double MIRROR_SHARE = 0.95, MIRROR_GAIN = 0.1;
+static const double MIRROR_GAIN = 0.1;
 
 /* ---- follow */
 
@@ -283,7 +284,7 @@ static bool find_mirror(qw_env *env, const qw_surface *in, plane *found)
     qw_parallel(env, PLANES * t.samples, QW_GRAIN_SEARCH, mirror_samples, &t);
     bool any = false;
     for (uint32_t k = 0; k < PLANES; k++) {
-        double gap = qw_percentile(t.distance + (size_t)k * t.samples, t.samples, MIRROR_SHARE);
+        double gap = qw_percentile(t.distance + (size_t)k * t.samples, t.samples, QW_MOST_OF_IT);
         if (!(gap < (any ? best - least : NOT_BETTER * best))) continue;
         best = gap, any = true;
         *found = planes[k];

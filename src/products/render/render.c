@@ -16,7 +16,7 @@
 
 const uint8_t render_kind_colour[RENDER_KINDS][3] = {{126, 48, 190}, {38, 96, 235}, {232, 72, 28}, {22, 150, 72}};
 
-enum { MOST_VIEWS = 6, LEAST_SIZE = 16, MOST_SIZE = 16384, MOST_PANELS = 64 };
+enum { MOST_VIEWS = 6, LEAST_SIZE = 16, MOST_PANELS = 64 };
 
 typedef struct direction {
     double azimuth, elevation;
@@ -313,7 +313,8 @@ static void check(qw_env *env, const render_panel *panels, size_t count, const r
     if (count == 0 || count > MOST_PANELS) wrong = "a sheet shows 1 to 64 meshes";
     else if (o->views > MOST_VIEWS || o->views == 3 || o->views == 5)
         wrong = "views: 1, 2, 4 or 6 (0: a suitable number)";
-    else if (o->width < LEAST_SIZE || o->width > MOST_SIZE || o->height < LEAST_SIZE || o->height > MOST_SIZE)
+    else if (o->width < LEAST_SIZE || o->width > QW_MOST_PIXELS_ALONG || o->height < LEAST_SIZE ||
+             o->height > QW_MOST_PIXELS_ALONG)
         wrong = "width and height: 16 to 16384 pixels";
     else if (!isfinite(o->azimuth) || !isfinite(o->elevation)) wrong = "azimuth and elevation: degrees";
     for (size_t i = 0; !wrong && i < count; i++)

@@ -3,19 +3,19 @@
 #include <assert.h>
 #include <string.h>
 
-enum { WORD = 64, LISTEN = 1 << 12 /* words between two words to the host */ };
+enum { LISTEN = 1 << 12 /* words between two words to the host */ };
 
 static size_t words_of(const qw_cell_set *c) { return (size_t)c->words * c->across[1] * c->across[2]; }
 
 qw_cell_set qw_cell_set_new(qw_env *env, const uint32_t across[3])
 {
-    qw_cell_set c = {.across = {across[0], across[1], across[2]}, .words = (across[0] + WORD - 1) / WORD};
+    qw_cell_set c = {.across = {across[0], across[1], across[2]}, .words = (across[0] + QW_WORD - 1) / QW_WORD};
     c.row = QW_NEW_ZERO(env, uint64_t, words_of(&c));
     return c;
 }
 
 /* The bits of a row's last word that are cells. */
-static uint64_t last_word(const qw_cell_set *c) { return ~(uint64_t)0 >> (c->words * WORD - c->across[0]); }
+static uint64_t last_word(const qw_cell_set *c) { return ~(uint64_t)0 >> (c->words * QW_WORD - c->across[0]); }
 
 qw_cell_set qw_cell_set_others(qw_env *env, const qw_cell_set *c)
 {
@@ -53,7 +53,7 @@ static void reach(qw_flood *f, qw_cell_set *from, qw_cell_set *to, size_t word, 
 static uint64_t spread(uint64_t cells, uint64_t within)
 {
     uint64_t up = within, down = within;
-    for (int step = 1; step < WORD; step *= 2) {
+    for (int step = 1; step < QW_WORD; step *= 2) {
         cells |= up & cells << step, up &= up << step;
         cells |= down & cells >> step, down &= down >> step;
     }
@@ -81,10 +81,10 @@ static void flood_word(qw_flood *f, qw_cell_set *from, qw_cell_set *to, uint32_t
     uint64_t cells = spread(f->fresh[word], from->row[word]);
     from->row[word] &= ~cells, to->row[word] |= cells, f->fresh[word] = 0;
     assert(cells);
-    widen(b, w * WORD + (uint32_t)__builtin_ctzll(cells), y, z);
-    widen(b, w * WORD + WORD - 1 - (uint32_t)__builtin_clzll(cells), y, z);
-    if (w > 0) reach(f, from, to, word - 1, cells << (WORD - 1));
-    if (w + 1 < from->words) reach(f, from, to, (size_t)word + 1, cells >> (WORD - 1));
+    widen(b, w * QW_WORD + (uint32_t)__builtin_ctzll(cells), y, z);
+    widen(b, w * QW_WORD + QW_WORD - 1 - (uint32_t)__builtin_clzll(cells), y, z);
+    if (w > 0) reach(f, from, to, word - 1, cells << (QW_WORD - 1));
+    if (w + 1 < from->words) reach(f, from, to, (size_t)word + 1, cells >> (QW_WORD - 1));
     if (y > 0) reach(f, from, to, word - from->words, cells);
     if (y + 1 < from->across[1]) reach(f, from, to, (size_t)word + from->words, cells);
     if (z > 0) reach(f, from, to, word - layer, cells);
@@ -95,8 +95,8 @@ void qw_flood_from(qw_flood *f, qw_cell_set *from, const uint32_t at[3], qw_cell
 {
     box b = {{at[0], at[1], at[2]}, {at[0], at[1], at[2]}};
     assert(f->count == 0 && qw_cell_set_has(from, at[0], at[1], at[2]));
-    reach(f, from, to, ((size_t)at[2] * from->across[1] + at[1]) * from->words + at[0] / WORD,
-          (uint64_t)1 << at[0] % WORD);
+    reach(f, from, to, ((size_t)at[2] * from->across[1] + at[1]) * from->words + at[0] / QW_WORD,
+          (uint64_t)1 << at[0] % QW_WORD);
     while (f->count > 0) {
         flood_word(f, from, to, f->stack[--f->count], &b);
         if (++f->done % LISTEN == 0) qw_heartbeat(f->env);
@@ -115,13 +115,15 @@ typedef struct opening {
 /* A word's cells and their two neighbours along the row: all of the three, or any. */
 static uint64_t all_along(const qw_cell_set *c, const uint64_t *row, uint32_t w)
 {
-    uint64_t before = w > 0 ? row[w - 1] >> (WORD - 1) : 0, after = w + 1 < c->words ? row[w + 1] << (WORD - 1) : 0;
+    uint64_t before = w > 0 ? row[w - 1] >> (QW_WORD - 1) : 0,
+             after = w + 1 < c->words ? row[w + 1] << (QW_WORD - 1) : 0;
     return row[w] & (row[w] << 1 | before) & (row[w] >> 1 | after);
 }
 
 static uint64_t any_along(const qw_cell_set *c, const uint64_t *row, uint32_t w)
 {
-    uint64_t before = w > 0 ? row[w - 1] >> (WORD - 1) : 0, after = w + 1 < c->words ? row[w + 1] << (WORD - 1) : 0;
+    uint64_t before = w > 0 ? row[w - 1] >> (QW_WORD - 1) : 0,
+             after = w + 1 < c->words ? row[w + 1] << (QW_WORD - 1) : 0;
     return row[w] | row[w] << 1 | before | row[w] >> 1 | after;
 }
 
@@ -162,7 +164,7 @@ static void keep_balls(void *user, uint32_t begin, uint32_t end)
             for (uint32_t w = 0; w < c->words; w++) {
                 uint64_t *cells = qw_cell_set_row(c, y, z) + w, kept = in_balls(&o->middle, w, y, z);
                 if (w == 0) kept |= 1;
-                if (w == last / WORD) kept |= (uint64_t)1 << last % WORD;
+                if (w == last / QW_WORD) kept |= (uint64_t)1 << last % QW_WORD;
                 o->lost[z] |= (*cells & ~kept) != 0;
                 *cells &= kept;
             }

@@ -2,6 +2,7 @@
 
 #include "products/wrap/skin_blocks.h"
 #include "products/wrap/edits.h"
+#include "base/constants.h"
 
 #include <assert.h>
 #include <math.h>
@@ -18,7 +19,6 @@ static const double ON_INPUT = 0.1; /* and the place must be so near to the inpu
 static const double CUTS = 0.03;    /* an edge whose middle is farther from the input cuts something off */
 static const double LONG = 0.4;     /* shorter ones are not split */
 static const double SHORT = 0.3;    /* shorter ones collapse */
-static const double FLAT = 0.999;   /* cosine: where triangles turn by less both diagonals are as near to the input */
 static const double GAIN = 0.01;    /* a flip must bring the middle so much nearer */
 
 static double distance_of(const double a[3], const double b[3])
@@ -317,7 +317,7 @@ static bool wants_flip(const qw_skin *s, const qw_wrap_target *target, uint32_t 
     double p[3], side = s->frame.side;
     double turn = turn_at(s, a, b, c, d);
     bool gains = turn >= 0.99 && shapes_gain(s, a, b, c, d);
-    if ((turn > FLAT && !gains) || turn_at(s, d, c, a, b) < -0.5) return false;
+    if ((turn > QW_PARALLEL_COSINE && !gains) || turn_at(s, d, c, a, b) < -0.5) return false;
     on_edge(s, a, b, 0.5, p);
     double was = off_input(target, p, gains ? 0 : GAIN * side, hint), most = was - GAIN * side;
     if (gains) most = was + GAIN / 4 * side;

@@ -8,8 +8,6 @@
 #include <string.h>
 
 enum { SAMPLES = 20000 }; /* of the input, evenly by area, at most: one a cell where there are fewer cells */
-/* Fractional parts of the multiples of these fill a square evenly (Roberts 2018). */
-static const double ROW = 0.7548776662466927, COLUMN = 0.5698402909980532;
 
 static double area_of(const qw_wrap_triangles *t, uint32_t i)
 {
@@ -47,9 +45,8 @@ static bool next_sample(sampling *s, double p[3])
     double wanted = (s->number + 0.5) * s->step;
     while (s->passed < wanted && s->triangle + 1 < t->count) s->passed += area_of(t, ++s->triangle);
     s->number++;
-    double u = ROW * s->number, v = COLUMN * s->number;
-    u -= qw_floor(u), v -= qw_floor(v);
-    if (u + v > 1) u = 1 - u, v = 1 - v;
+    double u, v;
+    qw_spread_in_triangle(s->number, &u, &v);
     assert(s->triangle < t->count);
     const uint32_t *c = t->corner + 3 * (size_t)s->triangle;
     for (size_t k = 0; k < 3; k++)

@@ -1,6 +1,7 @@
 #include "remesh/clean/unfold.h"
 
 #include "remesh/clean/marks.h"
+#include "base/constants.h"
 
 #include <assert.h>
 #include <float.h>
@@ -8,8 +9,6 @@
 
 enum { MOST_SIDES = 32, MOST_POINTS = MOST_SIDES + 4, PASSES = 8, MOST_STEPS = 16 };
 
-/* The cosine below which two triangles lie on one another. */
-static const float OPPOSED = -0.999f;
 /* How far from a plane the vertices of a flat place lie at most, in its size. */
 static const float FLAT = 1e-4f;
 /* Of coordinates in the centred frame. */
@@ -208,7 +207,8 @@ static void flag_block(void *user, uint32_t begin, uint32_t end)
             uint32_t g = a->mesh->twin[h];
             if (g == QW_NONE || g < h) continue;
             qw_vec3 o = qw_face_cross(a->mesh, g / 3);
-            if (qw_dot(n, o) < 0 && qw_dot(n, o) <= OPPOSED * qw_length(n) * qw_length(o)) a->flag[f] = 1;
+            if (qw_dot(n, o) < 0 && qw_dot(n, o) <= -(float)QW_PARALLEL_COSINE * qw_length(n) * qw_length(o))
+                a->flag[f] = 1;
         }
     }
 }

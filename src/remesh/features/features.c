@@ -32,10 +32,8 @@
 #include <math.h>
 #include <string.h>
 
-static const float GROW_COSINE = 0.90630779f; /* 25 degrees */
-static const float TAIL_COSINE = 0.81915204f; /* 35 degrees */
-static const float GROW_STRAIGHT = 0.5f;      /* cosine of the most that a growing chain may turn at a vertex */
-static const double WING_SHARE = 0.14;        /* most that the wings may turn, as a share of the crease */
+static const float GROW_STRAIGHT = 0.5f; /* cosine of the most that a growing chain may turn at a vertex */
+static const double WING_SHARE = 0.14;   /* most that the wings may turn, as a share of the crease */
 /* A closed network of fewer edges than a box or a prism has is the rim of one triangle or a spike: a flaw of a scan,
  * unless it is large. */
 enum { SPIKE_EDGES = 8 };
@@ -192,7 +190,8 @@ static uint32_t continuation(const creases *c, uint32_t v)
     qw_vec3 backward = direction(mesh, marked_edge_at(c, v));
     uint32_t best = QW_NONE, h = c->outgoing[v];
     do {
-        if (!mesh->mark[h] && c->cosine[h] < GROW_COSINE && -qw_dot(direction(mesh, h), backward) > GROW_STRAIGHT &&
+        if (!mesh->mark[h] && c->cosine[h] < (float)QW_STRAIGHT_COSINE &&
+            -qw_dot(direction(mesh, h), backward) > GROW_STRAIGHT &&
             (best == QW_NONE || c->cosine[h] < c->cosine[best]))
             best = h;
         h = qw_around(mesh, h);
@@ -225,7 +224,7 @@ static void drop_tails(creases *c)
         uint32_t v = start;
         while (c->degree[v] == 1 && !on_boundary(mesh, c->outgoing[v])) {
             uint32_t h = marked_edge_at(c, v);
-            if (c->cosine[h] < TAIL_COSINE) break;
+            if (c->cosine[h] < (float)QW_BENT_COSINE) break;
             unmark_edge(c, h);
             v = mesh->corner[qw_next(h)];
         }
@@ -446,13 +445,13 @@ static bool is_all_creases(const creases *c, const sharpness *s, float quad_edge
 /* Whether an unmarked edge is as sharp as what creases grow along. */
 static bool is_shallow(const creases *c, uint32_t h)
 {
-    return c->mesh->twin[h] != QW_NONE && !c->mesh->mark[h] && c->cosine[h] < GROW_COSINE;
+    return c->mesh->twin[h] != QW_NONE && !c->mesh->mark[h] && c->cosine[h] < (float)QW_STRAIGHT_COSINE;
 }
 
 static bool are_in_line(const qw_trimesh *mesh, uint32_t g, uint32_t h)
 {
     qw_vec3 a = mesh->position[mesh->corner[g]], along = direction(mesh, g);
-    float length = qw_edge_length(mesh, h), most = (1 - GROW_COSINE) * length;
+    float length = qw_edge_length(mesh, h), most = (1 - (float)QW_STRAIGHT_COSINE) * length;
     return qw_length(qw_reject(qw_sub(mesh->position[mesh->corner[h]], a), along)) <= most &&
            qw_length(qw_reject(qw_sub(mesh->position[mesh->corner[qw_next(h)]], a), along)) <= most;
 }

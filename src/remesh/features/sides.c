@@ -22,7 +22,6 @@ static const float TO_EDGE = 0.85f;
 /* Mean unevenness (spread over turn) of what is tried first, above which the rest is not looked at, and the most that
  * one place counts. */
 static const double UNEVEN = 0.09, MOST_UNEVEN = 0.3;
-static const float SAME_COSINE = 0.90630779f; /* 25 degrees */
 enum { AGREE_ROUNDS = 2, MOST_TRIED = 4096, MOST_SEEDS = 192 };
 enum { EDGE_ROUNDS = 2, NEAR_RINGS = 8, OWN_RINGS = 3 };
 
@@ -246,7 +245,7 @@ static void agree(void *user, uint32_t begin, uint32_t end)
         float least = INFINITY;
         do {
             uint32_t c = s->side[s->mesh->corner[qw_next(h)]];
-            bool is_same = qw_dot(s->plane[c].normal, s->plane[s->side[v]].normal) > SAME_COSINE;
+            bool is_same = qw_dot(s->plane[c].normal, s->plane[s->side[v]].normal) > (float)QW_STRAIGHT_COSINE;
             float cost = cost_of(s, v, c);
             all++, same += is_same;
             if (!is_same && cost < least) least = cost, best = c;

@@ -1,13 +1,13 @@
 #include "remesh/features/teeth.h"
 
 #include "geometry/corners.h"
+#include "base/constants.h"
 
 #include <assert.h>
 #include <math.h>
 #include <string.h>
 
 /* Corners of curves turn by more than 35 degrees, cosine, as those that the working mesh keeps. */
-static const float CORNER_COSINE = 0.81915204f;
 /* Cosine between the normals on either side of an edge that is sharp: a move along the surface would leave it. */
 static const float SHARP_COSINE = 0.5f;
 /* Least area of a triangle, in its own at first, and farthest that a vertex goes, in edges. */
@@ -32,7 +32,7 @@ static int turn_at(const teeth *t, uint32_t from, uint32_t v)
     if (t->ends[v].count != 2) return 0;
     uint32_t to = qw_curve_beyond(t->ends, from, v);
     const qw_vec3 *p = t->mesh->position;
-    if (!qw_turns_sharply(p[from], p[v], p[to], CORNER_COSINE)) return 0;
+    if (!qw_turns_sharply(p[from], p[v], p[to], (float)QW_BENT_COSINE)) return 0;
     return qw_dot(qw_cross(qw_sub(p[v], p[from]), qw_sub(p[to], p[v])), t->normal[v]) > 0 ? 1 : -1;
 }
 

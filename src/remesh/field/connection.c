@@ -2,6 +2,7 @@
 
 #include "remesh/field/alignment.h"
 #include "base/elementary.h"
+#include "base/constants.h"
 
 #include <assert.h>
 #include <string.h>
@@ -41,16 +42,14 @@ static void axes_block(void *user, uint32_t begin, uint32_t end)
     }
 }
 
-static const float OPPOSITE =
-    -0.999f; /* cosine: such normals have no least rotation; tangents are then taken as they are */
-
 /* What carries z of u to v: the least rotation from normal to normal, then the angle between what becomes of u's axis
    and v's, four times. */
 static qw_phasor carry(const finest_build *b, uint32_t u, uint32_t v)
 {
     qw_vec3 nu = b->level->normal[u], nv = b->level->normal[v], a = b->axis[u], spin = qw_cross(nu, nv);
     float cosine = qw_dot(nu, nv);
-    if (cosine > OPPOSITE)
+    if (cosine >
+        -(float)QW_PARALLEL_COSINE) /* opposite normals have no least rotation: tangents are taken as they are */
         a = qw_add(qw_add(qw_scale(a, cosine), qw_cross(spin, a)), qw_scale(spin, qw_dot(spin, a) / (1 + cosine)));
     return qw_phasor_of_cross(a, nv, b->axis[v]);
 }

@@ -7,7 +7,6 @@
 #include <math.h>
 #include <string.h>
 
-static const float QUARTER = 3.14159265f / 2;
 /* Costs of a sector: for each quarter turn too many or too few, and for having none. A quarter turn that is left on
    a vertex beside costs 1. */
 static const float OFF = 0.75f, LOST = 2;
@@ -204,7 +203,7 @@ static void repair_corner(framing *g, uint32_t start)
         uint32_t back = qw_prev(h), next = m->twin[back];
         if (m->fixed[m->edge[back]]) {
             if (first == start && next == start) return; /* a curve that ends here: there is but one sector */
-            repair_sector(g, first, h, angle / QUARTER);
+            repair_sector(g, first, h, angle / (float)(QW_PI / 2));
             first = next, angle = 0, sectors++;
         }
         h = next;
@@ -223,7 +222,7 @@ static bool find_sector(const qw_offset_mesh *m, uint32_t h, sector *s)
         if (t == QW_NONE || (s->first = qw_next(t)) == h) return false;
     }
     for (s->last = s->first;; s->last = m->twin[qw_prev(s->last)]) {
-        s->angle += (float)qw_corner_angle(m->position, m->corner, s->last) / QUARTER;
+        s->angle += (float)qw_corner_angle(m->position, m->corner, s->last) / (float)(QW_PI / 2);
         uint32_t back = qw_prev(s->last);
         if (m->fixed[m->edge[back]]) break;
         if (m->twin[back] == QW_NONE || m->twin[back] == s->first) return false;

@@ -76,8 +76,6 @@ static void add(simplifier *s, vertices *set, uint32_t v)
 
 static bool on_curve(const qw_quadmesh *m, uint32_t h) { return m->twin[h] == QW_NONE || m->mark[h]; }
 
-static const float QUARTER_TURN = 1.5707963f; /* radians */
-
 /* Radians: a corner with more surface around it than this is as good as flat. */
 static const float NEARLY_ROUND = 5.5f;
 
@@ -87,10 +85,10 @@ static int32_t ideal_of(const qw_quadmesh *m, uint32_t v, bool whole, float angl
     assert(v < m->vertex_count);
     if (whole)
         return m->kind[v] == QW_VERTEX_CORNER && angle < NEARLY_ROUND
-                   ? (int32_t)fmaxf(3, (float)qw_round_away(angle / QUARTER_TURN))
+                   ? (int32_t)fmaxf(3, (float)qw_round_away(angle / (float)(QW_PI / 2)))
                    : 4;
     if (m->kind[v] != QW_VERTEX_CORNER) return 2;
-    return (int32_t)fmaxf(1, (float)qw_round_away(angle / QUARTER_TURN));
+    return (int32_t)fmaxf(1, (float)qw_round_away(angle / (float)(QW_PI / 2)));
 }
 
 /* Cost of a sector with `off` quads too many, or too few where it is below 0. Two vertices that are off by one cost

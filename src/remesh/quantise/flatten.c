@@ -10,7 +10,6 @@
 #include <math.h>
 #include <string.h>
 
-enum { MAX_ITERATIONS = 60 };
 /* Relative residual. At 1e-2 vertices are rounded to the wrong side often enough to show: a sixth more irregular
    vertices over 24 meshes. At 1e-3 there are no more than at 1e-4. */
 static const double TOLERANCE = 1e-3;
@@ -191,13 +190,14 @@ static void solve(qw_env *env, layout *l, double most_fall, qw_flatten_counts *c
     assert(l->first && l->column && counts);
     qw_csr matrix = {2 * l->m->vertex_count, l->first, l->column, l->value, l->diagonal};
     qw_multigrid *grids = qw_multigrid_build(env, &matrix);
-    qw_cg_result result = qw_multigrid_solve_with(env, grids, l->right, l->u, TOLERANCE, MAX_ITERATIONS);
+    qw_cg_result result = qw_multigrid_solve_with(env, grids, l->right, l->u, TOLERANCE, QW_MULTIGRID_MOST);
     counts->iterations += result.iterations;
     double share = fmin(compactness(l) / COMPACT, 1), tolerance = TOLERANCE * share * share,
            most = most_fall * matrix.row_count;
     if (result.fall > most) tolerance = fmin(tolerance, result.residual * sqrt(most / result.fall));
     if (tolerance < TOLERANCE) {
-        result = qw_multigrid_solve_with(env, grids, l->right, l->u, fmax(tolerance, LEAST_TOLERANCE), MAX_ITERATIONS);
+        result = qw_multigrid_solve_with(env, grids, l->right, l->u, fmax(tolerance, LEAST_TOLERANCE),
+                                         QW_MULTIGRID_MOST);
         counts->iterations += result.iterations;
     }
     counts->residual = result.residual;

@@ -22,7 +22,6 @@ static const float DETOUR = 0.5f;
 
 /* A kink turns by less than a corner but more than 25 degrees, cosine, and by no more for an edge of the quads to
    either side: the quads go on through it, but have a vertex there. */
-static const float KINK_COSINE = 0.90630779f;
 
 /* ---- the input's curves */
 
@@ -102,7 +101,7 @@ static uint32_t end_of_side(const curve_set *c, uint32_t v, uint32_t to, float l
     qw_vec3 along = qw_normalize(qw_sub(p[to], p[v]));
     for (uint32_t from = v; to != v && c->ends[to].count == 2;) {
         uint32_t after = qw_curve_beyond(c->ends, from, to);
-        if (qw_dot(qw_normalize(qw_sub(p[after], p[to])), along) < KINK_COSINE)
+        if (qw_dot(qw_normalize(qw_sub(p[after], p[to])), along) < (float)QW_STRAIGHT_COSINE)
             return qw_distance(p[v], p[to]) < length ? QW_NONE : to;
         from = to, to = after;
     }
@@ -115,7 +114,7 @@ static bool is_beside(const curve_set *c, uint32_t v, qw_vec3 place)
     qw_vec3 at = c->surface->position[v], d = qw_sub(place, at);
     for (int i = 0; i < 2; i++) {
         qw_vec3 along = qw_normalize(qw_sub(c->surface->position[c->ends[v].other[i]], at));
-        if (qw_dot(d, along) >= KINK_COSINE * qw_length(d)) return true;
+        if (qw_dot(d, along) >= (float)QW_STRAIGHT_COSINE * qw_length(d)) return true;
     }
     return false;
 }
@@ -285,7 +284,8 @@ qw_curve_binding qw_bind_curves(qw_env *env, const qw_quadmesh *quads, const qw_
     label_curves(env, &c, b.stop);
     bind_vertices(env, quads, &c, &b, size, position);
     for (uint32_t v = 0; v < surface->vertex_count; v++)
-        corner[v] = !corner[v] && c.ends[v].count == 2 && qw_is_curve_corner(surface, c.ends, v, KINK_COSINE);
+        corner[v] = !corner[v] && c.ends[v].count == 2 &&
+                    qw_is_curve_corner(surface, c.ends, v, (float)QW_STRAIGHT_COSINE);
     pin(env, quads, &c, corner, QW_VERTEX_CURVE, &b, size, position);
     return b;
 }

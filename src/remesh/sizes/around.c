@@ -16,8 +16,6 @@
 static const double MOST_GROWN = 2;
 /* In radians: pieces of a curve that turn by less are one. */
 static const float STRAIGHT = 2e-3f;
-/* Cosine between an edge and what may be a piece of it. */
-static const float ALONG = 0.999f;
 /* Single precision has no smaller circles in the frame. */
 static const float LEAST_RADIUS = 1e-6f;
 enum {
@@ -129,7 +127,7 @@ static void find_in_surface(qw_env *env, const qw_trimesh *m, double least, floa
 static uint32_t straight_on(const qw_trimesh *m, const uint32_t *outgoing, uint32_t v, qw_vec3 d)
 {
     uint32_t best = QW_NONE, h = outgoing[v];
-    float most = ALONG;
+    float most = (float)QW_PARALLEL_COSINE;
     do {
         float cosine = qw_dot(qw_normalize(qw_edge_way(m, h)), d);
         if (cosine > most) most = cosine, best = h;

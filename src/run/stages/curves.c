@@ -6,8 +6,6 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { MOST_CURVES = sizeof((qw_report *)0)->curves / sizeof((qw_report *)0)->curves[0] };
-
 /* In wanted edges, of those of its vertices. */
 static double length_of(const qw_run_state *run, const qw_feature_graph *g, const qw_feature_arc *arc)
 {
@@ -36,8 +34,8 @@ static void place_of(const qw_run_state *run, const qw_feature_graph *g, const q
 static void add_note(qw_report *r, const qw_curve_note *note)
 {
     uint32_t i = r->curve_count;
-    if (i == MOST_CURVES && !(note->length > r->curves[i - 1].length)) return;
-    if (i == MOST_CURVES) i--;
+    if (i == sizeof r->curves / sizeof *r->curves && !(note->length > r->curves[i - 1].length)) return;
+    if (i == sizeof r->curves / sizeof *r->curves) i--;
     else r->curve_count++;
     for (; i > 0 && note->length > r->curves[i - 1].length; i--) r->curves[i] = r->curves[i - 1];
     r->curves[i] = *note;

@@ -13,6 +13,7 @@
 #include "run/stages/stages.h"
 #include "whole/mirror.h"
 #include "whole/sizes.h"
+#include "base/constants.h"
 
 #include <assert.h>
 #include <math.h>
@@ -22,7 +23,7 @@
 enum { JUDGED = 4096 };
 /* The other side may be so much farther from its quads than the core's side is from its own, in the mean and at 99.9 %,
    and by so much of a mean edge besides. */
-static const double NEARLY_AS_NEAR = 1.1, NEAR_ENOUGH = 0.02, MOSTLY = 0.999;
+static const double NEARLY_AS_NEAR = 1.1, NEAR_ENOUGH = 0.02;
 /* In quads, what may be uncovered besides. */
 static const double UNCOVERED = 0.1;
 
@@ -171,7 +172,7 @@ static nearness nearness_of(qw_env *env, const qw_trimesh *m, const qw_halves *q
     float *far = qw_distances_to_quads(env, point, JUDGED, quads);
     nearness n = {.mean = 0};
     for (uint32_t i = 0; i < JUDGED; i++) n.mean += (double)far[i] / JUDGED;
-    n.far = qw_percentile(far, JUDGED, MOSTLY);
+    n.far = qw_percentile(far, JUDGED, QW_NEARLY_ALL);
     qw_scope_end(env);
     return n;
 }
