@@ -281,29 +281,30 @@ static double area_beyond(const nesting *g, float reach)
     return area;
 }
 
-/* Sizes in the band on one side, as long as the lines there are. As many quads go around what the rings enclose as
-   around the curve, so that these are a square of a quarter as many on each side. */
+static bool is_opening(const nesting *g, uint32_t nest)
+{
+    for (uint32_t k = 0; k < g->count; k++)
+        if (g->number[k] == nest) return g->mesh->twin[g->half[k]] == QW_NONE;
+    return false;
+}
+
+/* Sizes in the band on one side, as long as the lines there are; beside an opening what is smaller stays. What the
+   rings enclose has as many quads around as the curve: a square of a quarter as many on each side. */
 static void write_sizes(nesting *g, uint32_t nest, int side, const side_fit *fit, float *size)
 {
     const qw_nest *n = &g->nests->nest[nest];
     if (fit->width == 0) return;
-    bool all = grow_inside(g, nest, side);
+    bool all = grow_inside(g, nest, side), at_rim = is_opening(g, nest);
     double halves = is_closed(n) ? 1 : 2;
     double middle = 2 * sqrt(QW_PI * halves * area_beyond(g, n->reach[side])) / ring_length(n);
     if (!all && grow_widest(g, nest, side, n->reach[side] + SPARE * n->edge) == 0) return;
     for (uint32_t i = 0; i < 3 * g->face_count; i++) {
         uint32_t v = corner_of(g, i);
         double longer = fmax(1 + (fit->ratio - 1) * (double)(g->distance[v] / fit->width), 1);
-        if (!all || g->distance[v] <= n->reach[side]) size[v] = n->edge * (float)longer;
-        else size[v] = fminf(size[v], n->edge * (float)middle);
+        bool is_band = !all || g->distance[v] <= n->reach[side];
+        float most = n->edge * (float)(is_band ? longer : middle);
+        size[v] = is_band && !at_rim ? most : fminf(size[v], most);
     }
-}
-
-static bool is_opening(const nesting *g, uint32_t nest)
-{
-    for (uint32_t k = 0; k < g->count; k++)
-        if (g->number[k] == nest) return g->mesh->twin[g->half[k]] == QW_NONE;
-    return false;
 }
 
 static void fit_nest(nesting *g, uint32_t nest, float *size)
