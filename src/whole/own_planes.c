@@ -2,52 +2,18 @@
 
 #include "base/constants.h"
 #include "base/sort.h"
+#include "geometry/box_tree.h"
+#include "geometry/parts.h"
 #include "whole/across.h"
 #include "whole/half.h"
 #include "whole/suits_cut.h"
 
 #include <assert.h>
-#include <float.h>
 #include <math.h>
-#include <string.h>
 
 /* Components of less than this share of the area are not asked: it bounds how many are. Nor are flat ones, of which the
    sum of the normals has this share of the area: their boundary alone says where a plane lies, and not exactly. */
 static const double LEAST_PART = 1.0 / 16;
-
-/* A component by itself, in the frame of the whole. */
-static qw_trimesh take_component(const qw_run_state *run, uint32_t component)
-{
-    const qw_trimesh *m = &run->whole.clean.mesh;
-    qw_env *env = run->env;
-    uint32_t *vertex = QW_NEW(env, uint32_t, m->vertex_count);
-    qw_vec3 *position = QW_NEW(env, qw_vec3, m->vertex_count);
-    qw_trimesh part = {.position = position, .corner = QW_NEW(env, uint32_t, 3 * (size_t)m->face_count)};
-    memset(vertex, 0xff, m->vertex_count * sizeof *vertex);
-    for (uint32_t f = 0; f < m->face_count; f++) {
-        if (run->whole.census.component[f] != component) continue;
-        for (uint32_t h = 3 * f; h < 3 * f + 3; h++) {
-            uint32_t v = m->corner[h];
-            if (vertex[v] == QW_NONE) vertex[v] = part.vertex_count, position[part.vertex_count++] = m->position[v];
-            part.corner[3 * part.face_count + h - 3 * f] = vertex[v];
-        }
-        part.face_count++;
-    }
-    assert(part.face_count > 0 && part.vertex_count <= 3 * part.face_count);
-    qw_trimesh_link(env, &part);
-    return part;
-}
-
-static double diagonal_of(const qw_trimesh *m)
-{
-    qw_vec3 lo = {FLT_MAX, FLT_MAX, FLT_MAX}, hi = {-FLT_MAX, -FLT_MAX, -FLT_MAX};
-    for (uint32_t v = 0; v < m->vertex_count; v++) {
-        qw_vec3 p = m->position[v];
-        lo = qw_v3(fminf(lo.x, p.x), fminf(lo.y, p.y), fminf(lo.z, p.z));
-        hi = qw_v3(fmaxf(hi.x, p.x), fmaxf(hi.y, p.y), fmaxf(hi.z, p.z));
-    }
-    return (double)qw_distance(lo, hi);
-}
 
 static bool is_flat(const qw_cut_surface *part)
 {
@@ -67,18 +33,20 @@ static bool has_like_sides(const qw_run_state *run, const qw_cut_surface *part, 
 }
 
 /* The component's plane, if it has one. Its `far` becomes one of the whole's diagonals. */
-static bool find_own(const qw_run_state *run, uint32_t component, double edge, qw_mirror_search *own)
+static bool find_own(const qw_run_state *run, qw_parts *parts, uint32_t component, double edge, qw_mirror_search *own)
 {
     const qw_frame *frame = &run->whole.clean.frame;
     qw_mirror_search found[QW_MOST_PLANES];
     bool is_found = false, is_auto = run->options.symmetry == QW_SYMMETRY_AUTO;
     qw_scope_begin(run->env);
-    qw_trimesh mesh = take_component(run, component);
+    qw_trimesh mesh = qw_take_part(run->env, parts, component);
     qw_census census = qw_trimesh_census(run->env, &mesh);
     qw_cut_surface part = {&mesh, &census, qw_trimesh_area(&mesh)};
     uint32_t count = is_flat(&part) ? 0
                                     : qw_find_mirror_planes(run->env, &mesh, frame, QW_NO_AXIS, QW_NEARLY_ALIKE, found);
-    double diagonal = diagonal_of(&mesh);
+    qw_box box = qw_box_of(mesh.position, (int)mesh.vertex_count);
+    double diagonal = (double)qw_distance(qw_v3(box.lo[0], box.lo[1], box.lo[2]),
+                                          qw_v3(box.hi[0], box.hi[1], box.hi[2]));
     bool is_turned = count > 0 && qw_is_turned(run->env, &mesh, frame, found, count);
     for (uint32_t i = 0; i < count && !is_found; i++) {
         *own = found[i], own->far *= diagonal;
@@ -111,18 +79,21 @@ qw_mirror qw_find_own_planes(const qw_run_state *run, double edge)
     qw_env *env = run->env;
     uint32_t components = (uint32_t)run->whole.census.components;
     qw_mirror m = {.own = QW_NEW_ZERO(env, uint8_t, components)};
+    qw_scope_begin(env);
     uint64_t *keys = QW_NEW(env, uint64_t, components);
     uint32_t count = components > 1 ? list_largest(run, keys) : 0;
+    qw_parts parts = {.count = components};
+    if (count > 0) parts = qw_sort_parts(env, &run->whole.clean.mesh, run->whole.census.component, components);
     for (uint32_t i = 0; i < count && m.planes < QW_MOST_CUTS; i++) {
         uint32_t c = (uint32_t)keys[i];
         assert(c < components);
         qw_mirror_search found;
         qw_heartbeat(env);
-        if (!find_own(run, c, edge, &found)) continue;
+        if (!find_own(run, &parts, c, edge, &found)) continue;
         m.plane[m.planes++] = found.plane;
         m.own[c] = (uint8_t)m.planes, m.far = fmax(m.far, found.far);
     }
-    qw_free(env, keys);
+    qw_scope_end(env);
     m.is_used = m.planes > 0;
     return m;
 }

@@ -53,29 +53,11 @@ static bool mark_narrow(qw_env *env, qw_quadmesh *quads, const qw_rim *rim, uint
     return any;
 }
 
-/* A copy of the quads in arrays of its own. */
-static qw_quadmesh copy_of(qw_env *env, const qw_quadmesh *q)
-{
-    qw_quadmesh copy = {.vertex_count = q->vertex_count, .face_count = q->face_count};
-    size_t sides = 4 * (size_t)q->face_count;
-    copy.position = QW_NEW(env, qw_vec3, q->vertex_count);
-    copy.corner = QW_NEW(env, uint32_t, sides), copy.twin = QW_NEW(env, uint32_t, sides);
-    copy.kind = QW_NEW(env, uint8_t, q->vertex_count), copy.mark = QW_NEW(env, uint8_t, sides);
-    copy.component = QW_NEW(env, uint32_t, q->vertex_count);
-    memcpy(copy.kind, q->kind, q->vertex_count * sizeof *copy.kind);
-    memcpy(copy.mark, q->mark, sides * sizeof *copy.mark);
-    memcpy(copy.position, q->position, q->vertex_count * sizeof *copy.position);
-    memcpy(copy.corner, q->corner, sides * sizeof *copy.corner);
-    memcpy(copy.twin, q->twin, sides * sizeof *copy.twin);
-    memcpy(copy.component, q->component, q->vertex_count * sizeof *copy.component);
-    return copy;
-}
-
 qw_quadmesh qw_split_at_cut(const qw_run_state *run, const qw_quadmesh *quads, const uint8_t **sewn)
 {
     qw_env *env = run->env;
     qw_rim rim = rim_of(run);
-    qw_quadmesh q = copy_of(env, quads);
+    qw_quadmesh q = qw_quadmesh_copy(env, quads, 0, 0);
     bool any = true;
     for (int round = 0; round < SPLIT_ROUNDS && any; round++) {
         uint8_t *split = QW_NEW_ZERO(env, uint8_t, 4 * (size_t)q.face_count);

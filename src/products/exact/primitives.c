@@ -138,12 +138,7 @@ static uint32_t *by_area(qw_env *env, const double *area, uint32_t count)
 {
     uint64_t *key = QW_NEW(env, uint64_t, count);
     uint32_t *order = QW_NEW(env, uint32_t, count);
-    for (uint32_t t = 0; t < count; t++) {
-        float a = (float)area[t];
-        uint32_t bits;
-        memcpy(&bits, &a, sizeof bits); /* those of a positive number are in its order */
-        key[t] = ((uint64_t)~bits << 32) | t;
-    }
+    for (uint32_t t = 0; t < count; t++) key[t] = (uint64_t)~qw_float_key((float)area[t]) << 32 | t;
     qw_sort_u64(key, count);
     for (uint32_t t = 0; t < count; t++) order[t] = (uint32_t)key[t];
     qw_free(env, key);
