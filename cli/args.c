@@ -138,6 +138,7 @@ static const char *owner_of(const char *name)
                : NULL;
 }
 
+/* Takes an option of the run, or of an asset, with its value, which may be the next word. */
 static qw_status take_option(parser *p, const char *name, char *inline_value)
 {
     const qw_option_info *info = option_named(qw_option_at, name),
@@ -452,6 +453,7 @@ static qw_status check_levels(parser *p)
     return QW_OK;
 }
 
+/* Whether what was given for a remesh, or an asset, goes together; else says what does not. */
 static qw_status check_remesh(parser *p)
 {
     qw_arguments *a = p->out;
@@ -490,6 +492,7 @@ static qw_status check_remesh(parser *p)
     return check_normals(p);
 }
 
+/* Whether the words that were given go together for their command; else says what does not. */
 static qw_status check(parser *p)
 {
     qw_arguments *a = p->out;

@@ -133,6 +133,7 @@ static void begin_record(const qw_arguments *a, const batch_model *m, const outc
     qw_json_text(json, "message", o->message);
 }
 
+/* Writes the record of a model beside its result; false where it cannot be written. */
 static bool write_record(const qw_arguments *a, const batch_model *m, const outcome *o)
 {
     qw_json json;
@@ -262,6 +263,7 @@ static qw_status save(making *k)
     return said(k, status);
 }
 
+/* Makes the quads of one model and writes them, with their picture; its outcome is kept for the record. */
 static qw_status make_quads(making *k, double began)
 {
     const qw_arguments *a = k->arguments;

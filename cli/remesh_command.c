@@ -354,6 +354,7 @@ static qw_status steer(session *s, qw_mesh *input)
     return status;
 }
 
+/* The input or the dump is loaded, what steers is read, and the run is run as far as was asked. */
 static qw_status work(session *s, qw_mesh **input)
 {
     const qw_arguments *a = s->arguments;

@@ -92,6 +92,7 @@ static void check_mesh(void *user)
         qw_fail(env, QW_TOO_LARGE, -1, "the mesh has %u corners; the most is %d", call->corners, INT32_MAX);
 }
 
+/* Copies the caller's mesh into the context, with its marked edges and as polygons of any size. */
 static void copy_mesh(void *user)
 {
     mesh_call *call = user;

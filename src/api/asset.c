@@ -71,6 +71,7 @@ qw_status qw_protect_working(qw_context *context, void (*body)(void *user), void
     return status;
 }
 
+/* Cuts the result into charts, lays them into tiles, and keeps their coordinates as the context's asset. */
 static void unwrap(void *user)
 {
     unwrap_call *call = user;

@@ -197,6 +197,7 @@ typedef struct normals_call {
     qw_attribute normals;
 } normals_call;
 
+/* Normals of the result's corners or vertices, as the shading asks; kept in the context. */
 static void find_normals(void *user)
 {
     normals_call *call = user;
@@ -429,6 +430,7 @@ static uint32_t *corners_before(qw_env *env, const qw_mesh_view *mesh)
     return begin;
 }
 
+/* Writes where each vertex and corner comes from, as JSON where the name ends in .json, else as bytes. */
 static void save_provenance(void *user)
 {
     save_call *call = user;

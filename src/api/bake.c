@@ -319,6 +319,7 @@ static void keep_maps(qw_context_state *c, qw_asset *a, const qw_maps *maps, con
     r->height_scale = (double)maps->height_scale / scale;
 }
 
+/* Bakes the maps of the context's asset from its input; the pictures that it had before are freed. */
 static void bake(void *user)
 {
     bake_call *call = user;

@@ -121,6 +121,7 @@ static const qw_attribute *number_materials(qw_env *env, const qw_mesh *m, int32
     return list;
 }
 
+/* Writes all levels into one GLB or glTF file, with the materials of each. */
 static void save_levels(void *user)
 {
     save_call *call = user;

@@ -59,6 +59,7 @@ static void put_textures(maker *k, const qw_picture *of_tile)
                 k, &of_tile[map], map == QW_MAP_ORM ? "occlusion_roughness_metallic" : qw_map_name((qw_map)map));
 }
 
+/* Adds the material of one tile, number i of the file, with the pictures that were made. */
 static void put_material(maker *k, uint32_t tile, uint32_t i)
 {
     const qw_asset_look *l = k->look;

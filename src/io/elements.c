@@ -249,6 +249,7 @@ static void put_msh_names(elements *e, physical *tags)
     qw_pen_text(&e->pen, "$EndPhysicalNames\n");
 }
 
+/* Writes the surfaces and curves of a Gmsh file, all with the box of the mesh, and what is physical of them. */
 static void put_msh_entities(elements *e, const physical *tags)
 {
     double low[3] = {0}, high[3] = {0};
@@ -294,6 +295,7 @@ static uint32_t count_in(const elements *e, part p, uint32_t corners)
     return count;
 }
 
+/* Writes the elements of a Gmsh file in blocks: lines of a set, quads and triangles of a part. */
 static void put_msh_elements(elements *e)
 {
     uint32_t blocks = e->sets, tag = 1, node[MOST_NODES], most = e->second_order ? 8 : 4;
@@ -367,6 +369,7 @@ static void put_vtu_cells(elements *e)
     close_array(e);
 }
 
+/* Writes points, cells and labels as VTK's unstructured grid. */
 static void put_vtu(elements *e)
 {
     char name[MOST_LABEL_NAME];
@@ -408,6 +411,7 @@ static void put_inp_number(elements *e, uint32_t number, uint32_t *in_row)
     flush(e);
 }
 
+/* Writes the sets of elements of an Abaqus file, one a label, in rows of INP_ROW numbers. */
 static void put_inp_sets(elements *e)
 {
     char name[MOST_LABEL_NAME];

@@ -198,6 +198,7 @@ static void read_extensions(reader *r, uint32_t m, qw_material *a)
     }
 }
 
+/* Reads material m of a glTF document: factors, maps, and what of it has no place. */
 static qw_material read_material(reader *r, uint32_t m)
 {
     const qw_json_doc *j = &r->json;

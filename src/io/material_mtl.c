@@ -193,6 +193,7 @@ static void take_alpha(mtl *m, const char *word, const char *value)
     m->now->alpha = m->now->color[3] < 1 ? 2 : 0;
 }
 
+/* Takes one line of an MTL file: a word, and the value behind it. */
 static void take_line(mtl *m, char *word, char *value)
 {
     if (reads(word, "newmtl")) {

@@ -180,6 +180,7 @@ static int64_t next_integer(binary *s)
     return value;
 }
 
+/* Reads face f of a binary OFF file with its colour, which is left out. */
 static void read_binary_face(binary *s, qw_builder *b, int64_t f)
 {
     int64_t vertex_count = b->soup.vertex_count;

@@ -129,6 +129,7 @@ static bool has_use(const ply *p, const element *e, int use)
     return false;
 }
 
+/* Reads a line of the header that declares a property of the last element. */
 static void read_property(ply *p)
 {
     qw_text *t = &p->text, before = *t;
@@ -311,6 +312,7 @@ static void read_texture(ply *p, property *q)
     }
 }
 
+/* Reads one item of the current element, and takes from it the vertex, face or edge that it is. */
 static void read_item(ply *p)
 {
     uint32_t faces = p->build.soup.face_count;

@@ -155,6 +155,7 @@ static void put_libraries(output *o, const char *library)
     }
 }
 
+/* Writes the mesh with its normals, texture coordinates, colours and groups as Wavefront OBJ. */
 static void put_obj(output *o, const char *library)
 {
     const qw_mesh_view *m = o->mesh;
@@ -273,6 +274,7 @@ static void put_values(output *o, qw_domain domain, size_t element)
     }
 }
 
+/* Writes the mesh with its colours, normals and texture coordinates as binary PLY. */
 static void put_ply(output *o)
 {
     const qw_mesh_view *m = o->mesh;
@@ -307,6 +309,7 @@ static void put_ply(output *o)
 
 /* ---- OFF */
 
+/* Writes the mesh as OFF, with colours of vertices or faces where there are some. */
 static void put_off(output *o)
 {
     const qw_mesh_view *m = o->mesh;

@@ -56,6 +56,7 @@ static bool has_points(const uint32_t *begin, uint32_t least)
     return begin[1] > begin[0] && begin[1] - begin[0] >= least;
 }
 
+/* Directions are of unit length, guides and joints have points, and all are of this mesh. */
 static void validate_steering(qw_context_state *c)
 {
     const qw_steering *s = &c->steering;

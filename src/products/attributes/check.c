@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+/* Refuses attribute i where its sizes, kinds or arrays are none that can be carried. */
 static void require_shape(qw_env *env, const qw_attribute *a, uint32_t i)
 {
     if (a->size != sizeof *a)

@@ -192,6 +192,7 @@ static void place_corner(const holding *w, uint32_t v, uint32_t face)
     }
 }
 
+/* Finds for each vertex the primitives that it is to lie on: one, two on a curve, none where it stays. */
 static void find_places(holding *w)
 {
     const qw_quadmesh *q = w->quads;

@@ -132,6 +132,8 @@ typedef struct spread {
     double mean, p999, most;
 } spread;
 
+/* Distances of samples, evenly by area, and of all vertices, from one surface to another: their mean, percentile
+   of 99.9 and largest. */
 static spread distance_between(qw_env *env, const qw_surface *from, const qw_surface *to)
 {
     assert(from->area_end && to->bvh);

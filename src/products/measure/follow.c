@@ -127,6 +127,8 @@ static double ball_radius(const qw_surface *in, uint32_t quads)
     return sqrt(in->area_end[in->mesh.face_count - 1] / quads);
 }
 
+/* Sets how far the quads' lines turn from the principal directions of the surface `in`, at samples of it where these
+   are clear. edge: the mean edge of the quads. */
 static void measure_follow(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, const qw_surface *out,
                            const qw_mesh_view *against, const qw_surface *in, double edge, qw_quality *quality)
 {

@@ -283,6 +283,7 @@ static void add_shape(corner_sums *s, const qw_dvec3 p[4], double jacobian)
     s->most_warp = fmax(s->most_warp, fmax(1 - bend * bend * bend, 0));
 }
 
+/* Sums of a block of quads, which are added up in their order. */
 static void measure_quads(void *user, uint32_t begin, uint32_t end)
 {
     const quality_task *t = user;
@@ -311,6 +312,7 @@ static void measure_quads(void *user, uint32_t begin, uint32_t end)
     t->blocks[begin / QW_GRAIN_LIGHT] = s;
 }
 
+/* Sums up edges, angles, areas and Jacobians of all quads, block by block, and sets their means and extremes. */
 static void measure_corners(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, double scale,
                             int64_t quad_count, qw_quality *quality)
 {

@@ -366,6 +366,7 @@ static colour shade(const view *v, uint32_t id, float x, float y, float open)
     return mix(lit(own, p.normal, 1, 0.25f), own, 0.55f);
 }
 
+/* Colours rows of the picture: each pixel is the mean of the samples that it was drawn with. */
 static void colour_rows(void *user, uint32_t begin, uint32_t end)
 {
     view *v = user;
