@@ -98,10 +98,10 @@ static const double MOST_AROUND = 8;
 
 /* Curve along the rim of a plane: closed, or from cut to cut. */
 typedef struct stretch {
-    uint32_t first, length; /* half-edges of the plane, the first of them */
-    bool is_closed;
-    int32_t quarters; /* by which rows along it turn at its corners */
-    double turn;      /* by which it turns in all */
+    uint32_t first, length;     /* half-edges of the plane, the first of them */
+    bool is_closed, is_oblique; /* it meets a cut at an angle that is nearer to no, two or more quarters than to one */
+    int32_t quarters;           /* by which rows along it turn at its corners */
+    double turn;                /* by which it turns in all */
 } stretch;
 
 typedef struct rims {
@@ -147,7 +147,7 @@ static stretch walk(const rims *r, uint32_t first)
         s.length++, r->is_done[h] = 1;
         h = next_on_rim(r, h, &angle);
         if (is_of_cut(r, h)) {
-            if (quarters_at(angle) != 1) s.quarters = INT32_MAX / 2;
+            s.is_oblique = quarters_at(angle) != 1;
             return s;
         }
         s.quarters += quarters_at(angle), s.turn += QW_PI - angle;
@@ -169,7 +169,7 @@ static uint32_t list_stretches(const rims *r, const uint32_t *face, uint32_t fac
         h = next_on_rim(r, h, &angle);
         if (is_of_cut(r, h) || count == 3) continue;
         s[count++] = walk(r, h);
-        if (quarters_at(angle) != 1) s[count - 1].quarters = INT32_MAX / 2;
+        s[count - 1].is_oblique |= quarters_at(angle) != 1;
     }
     for (uint32_t i = 0; i < 3 * face_count && count < 3; i++) {
         uint32_t h = 3 * face[i / 3] + i % 3;
@@ -177,6 +177,9 @@ static uint32_t list_stretches(const rims *r, const uint32_t *face, uint32_t fac
     }
     return count;
 }
+
+/* Whether rows can run along it all the way. */
+static bool runs_around(const stretch *s) { return s->quarters == 0 && !s->is_oblique; }
 
 /* Gives the vertices of the stretch their value; false where one has another. */
 static bool fix_values(const rims *r, qw_harmonic *p, const stretch *s, double value)
@@ -239,8 +242,8 @@ static int64_t direct_between(qw_env *env, const rims *r, const uint32_t *face, 
                               const qw_vec3 *normal, qw_vec3 facing, qw_vec3 *direction)
 {
     stretch s[3];
-    if (list_stretches(r, face, face_count, s) != 2 || s[0].is_closed != s[1].is_closed || s[0].quarters != 0 ||
-        s[1].quarters != 0)
+    if (list_stretches(r, face, face_count, s) != 2 || s[0].is_closed != s[1].is_closed || !runs_around(&s[0]) ||
+        !runs_around(&s[1]))
         return 0;
     const double *turned[2] = {quarters_along(env, r, &s[0]), quarters_along(env, r, &s[1])};
     if (!turned[0] || !turned[1]) return 0;
