@@ -82,7 +82,7 @@ static int set_up(void **state)
 {
     (void)state;
     if (!mkdtemp(own_folder) || chdir(own_folder) != 0) return -1;
-    return shell("../quadwright-shapes bracket 3000 in.obj && ../quadwright-shapes knot 1200 few.obj"
+    return shell("../quadwright-shapes bracket 3000 in.obj"
                  " && printf 'v 0 0 0\\nf 1 2 3\\n' > range.obj && : > empty.obj"
                  " && printf 'v 0 0 0\\nv 1 0 0\\nv 2 0 0\\nf 1 2 3\\n' > flat.obj"
                  " && printf 'v 0 0 0\\nv 1 0 0\\nv 1 1 0\\nv 0 1 0\\nf 1 2 3 4\\n' > sheet.obj");
@@ -308,13 +308,13 @@ static void main_job(void **state)
 static void pipes_give_the_same_bytes(void **state)
 {
     (void)state;
-    assert_int_equal(tool("few.obj -o a.obj -f 600 -q")->code, 0);
+    assert_int_equal(tool("in.obj -o a.obj -f 600 -q")->code, 0);
     char command[1024];
     snprintf(command, sizeof command,
-             "cd " FOLDER " && cat few.obj | " TOOL "- -f 600 2> stderr > b.obj && cmp a.obj b.obj");
+             "cd " FOLDER " && cat in.obj | " TOOL "- -f 600 2> stderr > b.obj && cmp a.obj b.obj");
     assert_int_equal(shell(command), 0);
     for (int threads = 1; threads <= 3; threads++) {
-        assert_int_equal(tool("-i few.obj -o c.obj -f 600 -q --threads %d", threads)->code, 0);
+        assert_int_equal(tool("-i in.obj -o c.obj -f 600 -q --threads %d", threads)->code, 0);
         assert_int_equal(shell("cd " FOLDER " && cmp a.obj c.obj"), 0);
     }
     assert_int_equal(shell("cd " FOLDER " && cp a.obj before.obj"), 0);
@@ -391,10 +391,10 @@ static void sharp_in_words(void **state)
 static void stages_are_written_and_resumed(void **state)
 {
     (void)state;
-    assert_int_equal(tool("few.obj -o whole.obj -f 600 -q")->code, 0);
+    assert_int_equal(tool("in.obj -o whole.obj -f 600 -q")->code, 0);
     static const char *const stages[] = {"clean", "Orientation", "POSITION", "regular", "quads"};
     for (int s = 0; s < 5; s++) {
-        assert_int_equal(tool("few.obj --dump-stage %s:state.bin -f 600 -q", stages[s])->code, 0);
+        assert_int_equal(tool("in.obj --dump-stage %s:state.bin -f 600 -q", stages[s])->code, 0);
         assert_int_equal(tool("--from-stage state.bin -o resumed.obj -f 600 -q")->code, 0);
         assert_int_equal(shell("cd " FOLDER " && cmp whole.obj resumed.obj"), 0);
     }
@@ -495,7 +495,7 @@ static void points_are_wrapped(void **state)
     static const char *const written_only[] = {"inp", "msh", "vtu", "bdf"}; /* they have lines of three numbers */
     for (size_t i = 0; i < sizeof written_only / sizeof *written_only; i++) {
         char line[80];
-        snprintf(line, sizeof line, "few.obj -o elements.%s -f 100 -q", written_only[i]);
+        snprintf(line, sizeof line, "in.obj -o elements.%s -f 100 -q", written_only[i]);
         assert_int_equal(tool(line)->code, 0);
         snprintf(line, sizeof line, "elements.%s -o none.obj -f 100", written_only[i]);
         assert_non_null(strstr(tool(line)->err, "is written, not read"));
@@ -507,7 +507,7 @@ static void points_are_wrapped(void **state)
 static void second_order_counts_elements(void **state)
 {
     (void)state;
-    outcome *o = tool("few.obj -o second.inp -f 100 --second-order --json second.json");
+    outcome *o = tool("in.obj -o second.inp -f 100 --second-order --json second.json");
     assert_int_equal(o->code, 0);
     char text[1 << 14];
     slurp(FOLDER "/second.json", text, sizeof text);
@@ -542,30 +542,30 @@ static void presets(void **state)
 static void steered(void **state)
 {
     (void)state;
-    const char *steps[] = {"few.obj -o first.obj --faces 300 --field-out first.rosy -q",
-                           "few.obj -o again.obj --faces 300 --field-in first.rosy --field-out again.rosy -q",
-                           "few.obj -o vertex.obj --faces 300 --field-out vertex.rosy --field-per vertex -q",
-                           "few.obj -o plain.obj --faces 300 -q"};
+    const char *steps[] = {"in.obj -o first.obj --faces 300 --field-out first.rosy -q",
+                           "in.obj -o again.obj --faces 300 --field-in first.rosy --field-out again.rosy -q",
+                           "in.obj -o vertex.obj --faces 300 --field-out vertex.rosy --field-per vertex -q",
+                           "in.obj -o plain.obj --faces 300 -q"};
     for (size_t i = 0; i < sizeof steps / sizeof *steps; i++) assert_int_equal(tool("%s", steps[i])->code, 0);
     assert_int_equal(
         shell("cmp -s first.rosy again.rosy && ! cmp -s first.rosy vertex.rosy && cmp -s first.obj plain.obj"), 0);
     assert_int_equal(
         shell("printf 'v 9e3 9e3 9e3\nv 9e3 9e3 8e3\nl 1 2\n' > far.obj && printf '3\n4\n1 0 0\n' > short.rosy"), 0);
-    refused("few.obj -o bad.obj --guides far.obj -q", QW_ARGUMENT, "guide 0 is off the surface");
-    refused("few.obj -o bad.obj --guides missing.obj -q", QW_FILE_MISSING, "missing.obj");
-    refused("few.obj -o bad.obj --field-in short.rosy -q", QW_FORMAT_TRUNCATED, "short.rosy");
-    refused("few.obj -o bad.obj --field-in vertex.obj -q", QW_FORMAT_SYNTAX, "vertex.obj");
-    refused("few.obj -o bad.obj --field-per corner", QW_ARGUMENT, "--field-per must be vertex or face");
+    refused("in.obj -o bad.obj --guides far.obj -q", QW_ARGUMENT, "guide 0 is off the surface");
+    refused("in.obj -o bad.obj --guides missing.obj -q", QW_FILE_MISSING, "missing.obj");
+    refused("in.obj -o bad.obj --field-in short.rosy -q", QW_FORMAT_TRUNCATED, "short.rosy");
+    refused("in.obj -o bad.obj --field-in vertex.obj -q", QW_FORMAT_SYNTAX, "vertex.obj");
+    refused("in.obj -o bad.obj --field-per corner", QW_ARGUMENT, "--field-per must be vertex or face");
     refused("--from-stage x.qws -o bad.obj --guides far.obj", QW_ARGUMENT, "--guides belongs to a mesh");
     assert_int_equal(
-        shell("{ cat few.obj; } | awk '/^f/ { print (n++ < 60 ? \"g one\" : \"g two\") } { print }' > groups.obj"), 0);
+        shell("{ cat in.obj; } | awk '/^f/ { print (n++ < 60 ? \"g one\" : \"g two\") } { print }' > groups.obj"), 0);
     assert_int_equal(tool("groups.obj -o joined.obj --region one --faces 40 -q")->code, 0);
     assert_int_equal(tool("groups.obj -o fixed.obj --fix-boundary --faces 300 -q")->code, 0);
     assert_int_equal(shell("grep -q '^g two' joined.obj && grep -q '^g one' joined.obj"), 0);
     refused("groups.obj -o bad.obj --region three -q", QW_ARGUMENT, "no face has the label \"three\"; the labels are ");
-    refused("few.obj -o bad.obj --region three -q", QW_ARGUMENT, "the mesh has no labels of faces");
+    refused("in.obj -o bad.obj --region three -q", QW_ARGUMENT, "the mesh has no labels of faces");
     refused("--from-stage x.qws -o bad.obj --region one", QW_ARGUMENT, "--region belongs to a mesh");
-    refused("few.obj -o bad.obj --field-in in.rosy --field-out in.rosy", QW_ARGUMENT, "would write over");
+    refused("in.obj -o bad.obj --field-in in.rosy --field-out in.rosy", QW_ARGUMENT, "would write over");
 }
 
 /* Interrupts a run once it has said that it is at work. */
@@ -615,24 +615,24 @@ static void coordinates_need_a_place(void **state)
 static void assets(void **state)
 {
     (void)state;
-    assert_int_equal(tool("asset few.obj -o asset.glb --faces 100 --texture 64 --json asset.json -q")->code, 0);
+    assert_int_equal(tool("asset in.obj -o asset.glb --faces 100 --texture 64 --json asset.json -q")->code, 0);
     assert_int_equal(shell("head -c 4 asset.glb | grep -q glTF && grep -aq 'image/png' asset.glb && "
                            "grep -aq TANGENT asset.glb && grep -q '\"charts\": [1-9]' asset.json && "
                            "grep -q '\"missed_texels\": [0-9]' asset.json"),
                      0);
-    assert_int_equal(tool("few.obj -o again.glb --bake input --faces 100 --texture 64 --threads 1 -q")->code, 0);
+    assert_int_equal(tool("in.obj -o again.glb --bake input --faces 100 --texture 64 --threads 1 -q")->code, 0);
     assert_int_equal(shell("cmp asset.glb again.glb"), 0);
-    assert_int_equal(tool("asset few.obj -o asset.obj --bake normal,height --faces 100 --texture 64 -q")->code, 0);
+    assert_int_equal(tool("asset in.obj -o asset.obj --bake normal,height --faces 100 --texture 64 -q")->code, 0);
     assert_int_equal(shell("grep -q '^mtllib asset.mtl' asset.obj && grep -q 'asset_normal.png' asset.mtl && "
                            "head -c 8 asset_height.png | grep -aq PNG && test ! -e asset_color.png && "
                            "test $(grep '^f' asset.obj | awk '{ print NF }' | sort -u) = 5"),
                      0);
     /* objects of one file share a square, and keep their names */
-    assert_int_equal(shell("cp few.obj two.obj && awk 'BEGIN{print \"o second\"} /^v /{n++; print "
+    assert_int_equal(shell("cp in.obj two.obj && awk 'BEGIN{print \"o second\"} /^v /{n++; print "
                            "\"v\",$2+9,$3,$4} /^f /{f[++k]=$0} END{for(i=1;i<=k;i++){split(f[i],c,\" \"); print "
-                           "\"f\",c[2]+n,c[3]+n,c[4]+n}}' few.obj >> two.obj && sed -i '1i o first' two.obj"),
+                           "\"f\",c[2]+n,c[3]+n,c[4]+n}}' in.obj >> two.obj && sed -i '1i o first' two.obj"),
                      0);
-    assert_int_equal(tool("asset two.obj -o both.obj --faces 600 --texture 128 -q --json both.json")->code, 0);
+    assert_int_equal(tool("asset two.obj -o both.obj --faces 300 --texture 128 -q --json both.json")->code, 0);
     assert_int_equal(
         shell("grep -q '^o first' both.obj && grep -q '^o second' both.obj && [ $(grep -c usemtl both.obj) = 1 ] && "
               "grep -q '\"overlapping_charts\": 0' both.json && ! ls | grep -q 'both.*1001'"),
@@ -644,34 +644,34 @@ static void assets(void **state)
         0);
     assert_int_equal(shell("test $(grep -c '^vt' block.obj) = 25 && test $(grep -c usemtl block.obj) = 1"), 0);
     /* several files in one square, each an object */
-    assert_int_equal(tool("asset few.obj sheet.obj -o set.glb --faces 300 --texture 128 -q --json set.json")->code, 0);
+    assert_int_equal(tool("asset in.obj sheet.obj -o set.glb --faces 300 --texture 128 -q --json set.json")->code, 0);
     assert_int_equal(
-        shell("grep -aq '\"nodes\":\\[{\"mesh\":0,\"name\":\"few\"},{\"mesh\":1,\"name\":\"sheet\"}' set.glb && "
+        shell("grep -aq '\"nodes\":\\[{\"mesh\":0,\"name\":\"in\"},{\"mesh\":1,\"name\":\"sheet\"}' set.glb && "
               "test $(grep -ao image/png set.glb | wc -l) = 1 && "
               "grep -q '\"overlapping_charts\": 0' set.json"),
         0);
-    refused("asset few.obj sheet.obj", QW_ARGUMENT, "2 inputs were named; the result is named by -o: -o sheet.obj");
-    refused("asset few.obj missing.obj -o bad.glb", QW_FILE_MISSING, "missing.obj");
-    refused("asset few.obj sheet.obj -o sheet.obj", QW_ARGUMENT, "--force allows it");
-    assert_int_equal(tool("asset few.obj -o levels.glb --levels 400,150 --texture 128 -q --json levels.json")->code, 0);
+    refused("asset in.obj sheet.obj", QW_ARGUMENT, "2 inputs were named; the result is named by -o: -o sheet.obj");
+    refused("asset in.obj missing.obj -o bad.glb", QW_FILE_MISSING, "missing.obj");
+    refused("asset in.obj sheet.obj -o sheet.obj", QW_ARGUMENT, "--force allows it");
+    assert_int_equal(tool("asset in.obj -o levels.glb --levels 200,60 --texture 128 -q --json levels.json")->code, 0);
     assert_int_equal(shell("grep -aq MSFT_lod levels.glb && grep -aq '\"name\":\"asset LOD1\"' levels.glb && "
                            "test $(grep -ao image/png levels.glb | wc -l) = 2 && "
                            "grep -q '\"charts\": [1-9]' levels_LOD0.json levels_LOD1.json"),
                      0);
     assert_int_equal(tool("levels.glb -o again.obj --faces 60 -q")->code, 0); /* its first level is a mesh */
-    assert_int_equal(tool("asset few.obj -o lod.obj --levels 400,150 --texture 128 -q")->code, 0);
+    assert_int_equal(tool("asset in.obj -o lod.obj --levels 200,60 --texture 128 -q")->code, 0);
     assert_int_equal(shell("for i in 0 1; do cmp lod_LOD${i}.mtl /dev/null 2> /dev/null && exit 1; "
                            "head -c 24 lod_LOD${i}_normal.png | tail -c 4 | od -An -tu1 | grep -q \"$((128 >> i))\" || "
                            "exit 1; done"),
                      0);
     assert_non_null(strstr(tool("asset --help")->out, "quadwright asset IN... -o OUT.glb"));
-    refused("asset few.obj -o bad.ply", QW_ARGUMENT, "maps are written with GLB, glTF and OBJ only");
-    refused("asset few.obj", QW_ARGUMENT, "-o FILE");
-    refused("asset few.obj -o bad.glb --bake normals", QW_ARGUMENT, "--bake must be input, all, or any of color");
-    refused("asset few.obj -o bad.glb --bake normal,normal", QW_ARGUMENT, "none twice");
-    refused("asset few.obj -o bad.glb --texture 7", QW_OPTION, "texture");
-    refused("asset few.obj -o - --format obj", QW_ARGUMENT, "standard output has no folder");
-    refused("asset few.obj -o bad.glb -q --texture 16 --margin 16", QW_ARGUMENT, "have no room");
+    refused("asset in.obj -o bad.ply", QW_ARGUMENT, "maps are written with GLB, glTF and OBJ only");
+    refused("asset in.obj", QW_ARGUMENT, "-o FILE");
+    refused("asset in.obj -o bad.glb --bake normals", QW_ARGUMENT, "--bake must be input, all, or any of color");
+    refused("asset in.obj -o bad.glb --bake normal,normal", QW_ARGUMENT, "none twice");
+    refused("asset in.obj -o bad.glb --texture 7", QW_OPTION, "texture");
+    refused("asset in.obj -o - --format obj", QW_ARGUMENT, "standard output has no folder");
+    refused("asset in.obj -o bad.glb -q --texture 16 --margin 16", QW_ARGUMENT, "have no room");
 }
 
 /* A folder has the name of the second level's file. */
@@ -679,16 +679,15 @@ static void levels_are_all_or_none(void **state)
 {
     (void)state;
     assert_int_equal(shell("mkdir -p " FOLDER "/level_LOD1.obj"), 0);
-    outcome *o = tool(" few.obj -q --levels 400,200 -o level.obj --json level.json");
+    outcome *o = tool(" in.obj -q --levels 400,200 -o level.obj --json level.json");
     assert_int_equal(o->code, qw_status_exit_code(QW_FILE_UNWRITABLE));
     assert_false(exists("level_LOD0.obj"));
     assert_false(exists("level_LOD0.json"));
     assert_int_equal(shell("rmdir " FOLDER "/level_LOD1.obj"), 0);
-    assert_int_equal(tool(" few.obj -q --levels 400,200 -o level.obj")->code, 0);
+    assert_int_equal(tool(" in.obj -q --levels 400,200 -o level.obj")->code, 0);
     assert_true(exists("level_LOD0.obj") && exists("level_LOD1.obj"));
     setenv("MALLOC_PERTURB_", "165", 1); /* glibc: what is freed is overwritten; normals were before the last file */
-    assert_int_equal(tool(" few.obj -q --levels 400,200 -o level.glb --normals smooth --provenance from.json")->code,
-                     0);
+    assert_int_equal(tool(" in.obj -q --levels 400,200 -o level.glb --normals smooth --provenance from.json")->code, 0);
     unsetenv("MALLOC_PERTURB_");
 }
 

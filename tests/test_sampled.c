@@ -129,7 +129,7 @@ static void quads_are_those_of_the_exact_part(void **state)
         qw_options options;
         qw_options_init(&options);
         options.adaptive = 0;
-        for (options.faces = 500; options.faces <= 2000; options.faces *= 2) {
+        for (options.faces = 1000; options.faces <= 4000; options.faces *= 2) {
             qw_result *result;
             assert_int_equal(qw_remesh(&view, &options, NULL, &result), QW_OK);
             assert_int_equal(qw_result_report(result)->topology.irregular, known[names[i]].irregular);

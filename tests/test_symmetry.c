@@ -313,7 +313,7 @@ static void one_sided_detail_is_named(void **state)
             p[0] -= 0.5 * exp(-60 * d);
         }
         for (int64_t symmetry = QW_SYMMETRY_AUTO; symmetry <= QW_SYMMETRY_X; symmetry++) {
-            qw_options o = asking(1500, symmetry);
+            qw_options o = asking(3000, symmetry);
             qw_result *result = run_of(&s, &o);
             const qw_report *r = qw_result_report(result);
             bool is_named = false, is_found = symmetry == QW_SYMMETRY_AUTO;
@@ -321,7 +321,7 @@ static void one_sided_detail_is_named(void **state)
             assert_int_equal(r->symmetric, 1);
             assert_true(r->symmetry_far >= r->symmetry_gap);
             assert_int_equal(is_named, !is_found && knob);
-            if (is_found && knob) assert_true(distance_of(result, &s) < 1.1 * distance_without(&s, 1500));
+            if (is_found && knob) assert_true(distance_of(result, &s) < 1.1 * distance_without(&s, 3000));
             qw_result_destroy(result);
         }
         shape_free(&s);

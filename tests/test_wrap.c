@@ -155,7 +155,7 @@ static trial wrap_of(soup s, double share, uint32_t threads)
 static void test_soups(void **unused)
 {
     (void)unused;
-    for (uint64_t seed = 1; seed <= 6; seed++) wrap_of(soup_random(seed, 2 + (int)seed * 2), seed % 2 ? 0.06 : 0.09, 1);
+    for (uint64_t seed = 1; seed <= 6; seed++) wrap_of(soup_random(seed, 2 + (int)seed * 2), seed % 2 ? 0.04 : 0.07, 1);
     wrap_of(soup_of_triangles(1, 200, 0.2), 0.06, 1);
     wrap_of(soup_of_triangles(2, 1000, 0.02), 0.04, 1);
 }
