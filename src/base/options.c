@@ -284,7 +284,7 @@ static qw_status set_wrap(qw_options *options, const char *value, char *message,
 }
 
 /* Sets the option of that name to what the text says, within its bounds; else *message says why not, and nothing
- * changes. */
+   changes. */
 static qw_status set(const table *t, void *options, const char *name, const char *value, char *message,
                      size_t message_size)
 {

@@ -87,7 +87,7 @@ static void set_column(glp_prob *lp, int column, int32_t most, double cost)
 }
 
 /* The rows, columns and entries of the program: a row a node, a column an arc, and one more a supply that may not be
- * met. */
+   met. */
 static void fill(program *p, glp_prob *lp)
 {
     const qw_flow_problem *q = p->problem;

@@ -630,7 +630,7 @@ static bool use_own(qw_run_state *run, double edge)
 }
 
 /* Makes one side of a plane of symmetry the core, if there is a plane and the quads are better for it; else logs why
- * not. */
+   not. */
 static void take_one_side_if_alike(qw_run_state *run)
 {
     qw_mirror_search found[QW_MOST_PLANES];

@@ -385,7 +385,7 @@ typedef struct checks {
 } checks;
 
 /* Adds by how much the maps, read at a point of the target, miss the normal, in degrees, and the colour that are seen
- * there. */
+   there. */
 static void check_point(const baker *b, uint32_t triangle, const float w[3], double *angle, double *color)
 {
     double p[3][2], at[2] = {0, 0}, read[4];

@@ -9,7 +9,10 @@
 #include <math.h>
 #include <string.h>
 
-enum { PROJECTIONS = 5 };
+enum {
+    PROJECTIONS = 5,
+    MOST_ITERATIONS = 60 /* of conjugate gradients: then the error is a hundredth of a distance */
+};
 static const double TOLERANCE = 1e-3;
 /* How much a distance along the shape counts, squared, beside one from it. */
 static const double ALONG = 0.03;
@@ -291,7 +294,7 @@ static void project(qw_env *env, fitting *t, double *x, const double *x0)
     for (size_t k = 0; k < 3 * (size_t)n; k++) gone[k] = x[k] - x0[k];
     add_fairness(t, gone, -1, b);
     clear_fixed(t, b);
-    qw_cg_solve(env, 3 * n, apply, t, diagonal_of(env, t), b, d, TOLERANCE, QW_CG_MOST);
+    qw_cg_solve(env, 3 * n, apply, t, diagonal_of(env, t), b, d, TOLERANCE, MOST_ITERATIONS);
     move(t, qw_edges_around(env, t->quads), x, x0, d);
     step_to(env, t, x);
     qw_scope_end(env);
