@@ -11,6 +11,8 @@
 #include "geometry/bvh.h"
 #include "geometry/engrave.h"
 #include "whole/sizes.h"
+#include "remesh/working/working.h"
+#include "base/constants.h"
 
 #include <assert.h>
 #include <math.h>
@@ -274,7 +276,7 @@ static void engrave_taken(taking *t)
     uint8_t *mark = QW_NEW(env, uint8_t, n->count);
     bool *drawn = QW_NEW(env, bool, n->count);
     for (uint32_t i = 0; i < n->count; i++) finer[i] = 1, mark[i] = QW_MARKS;
-    if (!t->tree) t->tree = qw_bvh_build(env, &run->surface);
+    if (!t->tree && n->count > 0) t->tree = qw_bvh_build(env, &run->surface);
     while (n->count > 0) {
         const qw_polylines lines = {n->count, n->begin, n->point, number, mark, finer};
         int64_t marked;
@@ -294,58 +296,90 @@ static void engrave_taken(taking *t)
     }
 }
 
-/* Finds necks and, where there is a plane of symmetry, openings; none where quads are too few for each to have its
-   share. Without a plane a surface is rarely a face or a body, and its holes are no eyes. */
-static void find_necks(qw_run_state *run, double rho, qw_necks *necks, qw_openings *openings)
+/* What dents are looked for on: the surface, or a coarser one where it is much finer than the quads. */
+static qw_trimesh surface_of_dents(const qw_run_state *run, double rho)
 {
-    double most = qw_trimesh_area(&run->surface) / (QUADS_OF_NECK * rho * rho);
-    *necks = qw_find_necks(run->env, &run->surface, rho, qw_cuts_in_frame(run), run->input.cuts,
-                           run->mirror.is_used && !run->mirror.own, run->options.rings);
-    bool has_room = necks->count <= most;
-    if (!has_room) necks->count = 0;
-    if (!has_room || !run->mirror.is_used || qw_keeps_rims(run) || !qw_uses(run->env, QW_MECH_OPENINGS)) return;
+    const qw_trimesh *s = &run->surface;
+    double edge = QW_CONDENSED * rho;
+    if (s->face_count <= qw_trimesh_area(s) / (QW_EQUILATERAL_AREA * edge * edge)) return *s;
+    float *length = QW_NEW(run->env, float, s->vertex_count);
+    for (uint32_t v = 0; v < s->vertex_count; v++) length[v] = (float)edge;
+    return qw_condensed_mesh(run->env, s, &run->surface_census, length);
+}
+
+static bool finds_rings(const qw_run_state *run)
+{
+    return run->options.rings > 0 && !run->plan.ringless && qw_uses(run->env, QW_MECH_NECKS) &&
+           (run->mirror.planes <= 1 || run->mirror.own) && /* rows of a quarter come home at its planes */
+           run->surface_census.components <= MOST_COMPONENTS;
+}
+
+/* Of so many curves each has its share of the quads. */
+static double most_curves(const qw_run_state *run, double rho)
+{
+    return qw_trimesh_area(&run->surface) / (QUADS_OF_NECK * rho * rho);
+}
+
+qw_necks qw_necks_of_surface(const qw_run_state *run, double rho)
+{
+    qw_necks none = {0};
+    if (!finds_rings(run)) return none;
+    qw_scope_begin(run->env);
+    bool dents = run->mirror.is_used && !run->mirror.own;
+    qw_trimesh surface = dents ? surface_of_dents(run, rho) : run->surface;
+    qw_necks necks = qw_find_necks(run->env, &surface, rho, qw_cuts_in_frame(run), run->input.cuts, dents,
+                                   run->options.rings);
+    qw_keep(run->env, necks.begin), qw_keep(run->env, necks.point), qw_keep(run->env, necks.kind);
+    qw_scope_end(run->env);
+    return necks;
+}
+
+/* Finds openings where there is a plane of symmetry; none where quads are too few for each to have its share. Without
+   a plane a surface is rarely a face or a body, and its holes are no eyes. */
+static void find_openings(qw_run_state *run, double rho, qw_openings *openings)
+{
+    if (!run->mirror.is_used || qw_keeps_rims(run) || !qw_uses(run->env, QW_MECH_OPENINGS)) return;
     *openings = qw_find_openings(run, rho);
-    if (openings->curves.count > most) openings->curves.count = 0;
+    if (openings->curves.count > most_curves(run, rho)) openings->curves.count = 0;
     qw_mark_openings(run, openings);
     qw_did(run->env, QW_MECH_OPENINGS, openings->curves.count);
 }
 
-void qw_engrave_necks(qw_run_state *run, double rho)
+bool qw_engrave_necks(qw_run_state *run, double rho, const qw_necks *found)
 {
     qw_env *env = run->env;
     run->necks = (qw_necks){0};
-    bool finds_necks = run->options.rings > 0 && !run->plan.ringless && qw_uses(env, QW_MECH_NECKS) &&
-                       (run->mirror.planes <= 1 || run->mirror.own) && /* rows of a quarter come home at its planes */
-                       run->surface_census.components <= MOST_COMPONENTS;
-    if (finds_necks || (qw_follows_motion(run) && run->whole.steering->joint_count > 0)) {
-        qw_scope_begin(env);
-        qw_necks found = {0};
-        qw_openings openings = {0};
-        if (finds_necks) find_necks(run, rho, &found, &openings);
-        const qw_steering *s = &run->steering;
-        size_t most = found.count > 0 ? found.begin[found.count] : 0;
-        if (openings.curves.count > 0) most += openings.curves.begin[openings.curves.count];
-        if (s->guide_count > 0) most += s->guide_begin[s->guide_count];
-        uint32_t curves = found.count + openings.curves.count + s->guide_count;
-        taking t = {
-            .run = run, .edge = (float)rho, .from = QW_NEW(env, qw_vec3, most), .to = QW_NEW(env, qw_vec3, most)};
-        t.taken = (qw_necks){0, QW_NEW_ZERO(env, uint32_t, (size_t)curves + 1), QW_NEW(env, qw_vec3, most),
-                             QW_NEW(env, uint8_t, curves)};
-        add_steps_of(&t, &openings.curves);
-        take_joints(&t);
-        uint32_t joints = t.taken.count;
-        take_necks(&t, &found);
-        engrave_taken(&t);
-        add_openings(&t, &openings.curves);
-        assert(t.taken.count <= curves && t.taken.begin[t.taken.count] <= most);
-        if (t.taken.count > 0) {
-            run->necks = t.taken;
-            qw_keep(env, run->necks.begin), qw_keep(env, run->necks.point), qw_keep(env, run->necks.kind);
-        }
-        qw_acted(env, QW_MECH_NECKS, finds_necks);
-        qw_kept(env, QW_MECH_NECKS, run->necks.count > joints ? run->necks.count - joints : 0);
-        qw_scope_end(env);
+    bool finds = finds_rings(run);
+    if (!finds && !(qw_follows_motion(run) && run->whole.steering->joint_count > 0)) return false;
+    qw_scope_begin(env);
+    qw_necks necks = *found;
+    qw_openings openings = {0};
+    bool has_room = necks.count <= most_curves(run, rho);
+    if (!has_room) necks.count = 0;
+    if (finds && has_room) find_openings(run, rho, &openings);
+    const qw_steering *s = &run->steering;
+    size_t most = necks.count > 0 ? necks.begin[necks.count] : 0;
+    if (openings.curves.count > 0) most += openings.curves.begin[openings.curves.count];
+    if (s->guide_count > 0) most += s->guide_begin[s->guide_count];
+    uint32_t curves = necks.count + openings.curves.count + s->guide_count;
+    taking t = {.run = run, .edge = (float)rho, .from = QW_NEW(env, qw_vec3, most), .to = QW_NEW(env, qw_vec3, most)};
+    t.taken = (qw_necks){0, QW_NEW_ZERO(env, uint32_t, (size_t)curves + 1), QW_NEW(env, qw_vec3, most),
+                         QW_NEW(env, uint8_t, curves)};
+    add_steps_of(&t, &openings.curves);
+    take_joints(&t);
+    uint32_t joints = t.taken.count;
+    take_necks(&t, &necks);
+    engrave_taken(&t);
+    add_openings(&t, &openings.curves);
+    assert(t.taken.count <= curves && t.taken.begin[t.taken.count] <= most);
+    if (t.taken.count > 0) {
+        run->necks = t.taken;
+        qw_keep(env, run->necks.begin), qw_keep(env, run->necks.point), qw_keep(env, run->necks.kind);
     }
+    qw_acted(env, QW_MECH_NECKS, finds);
+    qw_kept(env, QW_MECH_NECKS, run->necks.count > joints ? run->necks.count - joints : 0);
+    qw_scope_end(env);
+    return run->necks.count > 0;
 }
 
 /* ---- directions */

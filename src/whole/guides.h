@@ -10,9 +10,13 @@ qw_steering qw_steering_with_joints(const qw_run_state *run);
    where a guide is off the surface. */
 void qw_engrave_guides(qw_run_state *run);
 
-/* Finds necks of the surface, as strongly as the option `rings` says (remesh/sizes/necks.h), and makes those that can
-   be drawn on it curves of nests, after the joints that have room: run->necks. */
-void qw_engrave_necks(qw_run_state *run, double rho);
+/* Necks of run->surface, as strongly as the option `rings` says (remesh/sizes/necks.h); none where it asks for none. In
+   the current scope. */
+qw_necks qw_necks_of_surface(const qw_run_state *run, double rho);
+
+/* Makes those that can be drawn on the surface curves of nests, after the joints that have room, and so openings:
+   run->necks. Whether there are any, and marks on the surface for them. rho: mean edge of the quads. */
+bool qw_engrave_necks(qw_run_state *run, double rho, const qw_necks *found);
 
 /* Adds to the directions asked for, qw_vec3[working vertices], what guides of direction ask for beside them. */
 void qw_add_guide_directions(const qw_run_state *run, qw_vec3 *asked);

@@ -34,9 +34,8 @@ static const double REACH = 0.1;
    above HOPELESS diagonals after two rounds. */
 static const double SHRINKS = 0.98, HOPELESS = 0.04;
 /* Planes are looked for about triangles at the samples first, together so many times as large as the surface: what is
-   then farther off than ROUGHLY times what is near enough is no plane of the surface, and of the rest those are
-   improved about the surface itself whose mean distance is at most ROUGHLY times that of the best, plus ROUGH
-   diagonals. */
+   too far off then is no plane of the surface, and of the rest those are improved about the surface itself whose mean
+   distance is at most ROUGHLY times that of the best, plus ROUGH diagonals. Rounds there lower it by that factor. */
 static const double COVERED = 2, ROUGHLY = 1.3, ROUGH = 2e-3;
 /* What is added to the normal equations' diagonal, of its sum. */
 static const double DAMPING = 1e-6;
@@ -253,9 +252,10 @@ static qw_mirror_search improve(plane_search *s, qw_mirror_plane plane, bool is_
 {
     assert(s->bvh && s->distance);
     qw_mirror_search best = {plane, DBL_MAX, DBL_MAX, DBL_MAX};
+    double shrinks = s->seen == s->mesh ? SHRINKS : 1 / ROUGHLY;
     for (int round = 0; round < ROUNDS; round++) {
         double gap = reflect_all(s, &plane, s->samples);
-        bool goes_on = gap < SHRINKS * best.gap && !(round > 0 && gap > HOPELESS);
+        bool goes_on = gap < shrinks * best.gap && !(round > 0 && gap > HOPELESS);
         if (gap < best.gap) best.gap = gap, best.plane = plane;
         if (!goes_on) break;
         plane = next_plane(s, &plane, is_free);
@@ -426,16 +426,16 @@ static qw_mirror_plane in_input(plane_search *s, const qw_frame *frame, const qw
     return qw_mirror_plane_of(found->plane.normal, is_centred ? 0 : offset - to_origin);
 }
 
-/* Measures the plane, in the precision in which it will be used, on all JUDGED samples. */
-static qw_mirror_search judge(plane_search *s, const qw_frame *frame, const qw_mirror_plane *plane)
+/* Measures the plane, in the precision in which it will be used, on so many samples. */
+static qw_mirror_search judge(plane_search *s, const qw_frame *frame, const qw_mirror_plane *plane, uint32_t samples)
 {
     qw_mirror_search result = {.plane = *plane};
     qw_mirror_plane judged = *plane;
     for (int k = 0; k < 3; k++) judged.offset -= judged.normal[k] * frame->center[k];
     judged.offset *= frame->scale;
-    result.gap = reflect_all(s, &judged, JUDGED);
-    result.most = qw_percentile(s->distance, JUDGED, QW_MOST_OF_IT) / s->diagonal;
-    result.far = qw_percentile(s->distance, JUDGED, QW_NEARLY_ALL) / s->diagonal;
+    result.gap = reflect_all(s, &judged, samples);
+    result.most = qw_percentile(s->distance, samples, QW_MOST_OF_IT) / s->diagonal;
+    result.far = qw_percentile(s->distance, samples, QW_NEARLY_ALL) / s->diagonal;
     return result;
 }
 
@@ -457,7 +457,7 @@ qw_mirror_search qw_judge_mirror_plane(qw_env *env, const qw_trimesh *mesh, cons
     qw_scope_begin(env);
     plane_search s = begin_search(env, mesh);
     s.bvh = qw_bvh_build(env, mesh);
-    qw_mirror_search judged = judge(&s, frame, plane);
+    qw_mirror_search judged = judge(&s, frame, plane, JUDGED);
     qw_scope_end(env);
     return judged;
 }
@@ -476,14 +476,14 @@ uint32_t qw_find_mirror_planes(qw_env *env, const qw_trimesh *mesh, const qw_fra
     for (uint32_t i = 1; i < beginnings; i++)
         if (all[i].from.gap < all[best].from.gap) best = i;
     qw_mirror_plane plane = in_input(&s, frame, &all[best].from);
-    found[0] = judge(&s, frame, &plane);
-    if (found[0].most <= ROUGHLY * near) {
+    found[0] = judge(&s, frame, &plane, SAMPLES);
+    if (found[0].most <= near) {
         s.bvh = qw_bvh_build(env, mesh), s.seen = mesh, s.samples = SAMPLES;
         count = improve_all(&s, all, beginnings, good);
         if (count > QW_MOST_PLANES) count = QW_MOST_PLANES;
         for (uint32_t i = 0; i < count; i++) {
             plane = in_input(&s, frame, &good[i]);
-            qw_mirror_search one = judge(&s, frame, &plane);
+            qw_mirror_search one = judge(&s, frame, &plane, JUDGED);
             uint32_t to = i;
             for (; to > 0 && 2 * one.far + AS_GOOD_GAP < found[to - 1].far; to--) found[to] = found[to - 1];
             found[to] = one;

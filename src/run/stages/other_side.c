@@ -68,6 +68,7 @@ static bool prepare_surface(other_side *o)
                            .area = side->area,
                            .extent = side->extent,
                            .needed = side->faces_needed};
+    side->plan.ringless = 1; /* positions alone are to be found there */
     qw_prepare_surface(side);
     side->surface.position = move_all(o, &side->surface);
     side->clean.mesh.position = move_all(o, &side->clean.mesh);

@@ -34,9 +34,8 @@
 /* The surface is prepared for the next half power of ten of faces, so that it serves other counts as well: 1,000,
  * 3,162, 10,000. */
 static const double SURFACE_STEP = 3.16227766016838;
-/* A surface with more triangles than it would have with edges of CONDENSED times those of the quads, or of so many
-   quads where they are fewer and protrusions thinner than an edge, is coarsened to those edges. */
-static const float CONDENSED = 0.4f;
+/* A surface is coarsened (QW_CONDENSED) as for so many quads where they are fewer and protrusions thinner than an edge.
+ */
 static const double LEAST_CONDENSED = 1000;
 enum { PIECES = 32 }; /* triangles for each of that size, at most, where long ones are cut */
 /* Of the mean edge: the smallest quads for which a surface is kept fine enough where quads differ in size. */
@@ -209,12 +208,9 @@ static void coarsen(qw_run_state *run, const float *length)
     qw_env *env = run->env;
     qw_trimesh *s = &run->surface;
     qw_log(env, QW_LOG_DEBUG, "condensed from %u triangles", s->face_count);
-    uint8_t *mark = s->mark, *point = s->point; /* the rest is the clean surface's, which stays */
-    qw_vec3 *position = s->position == run->core.mesh.position ? NULL : s->position;
     *s = qw_condensed_mesh(env, s, &run->surface_census, length);
     assert(s->face_count > 0);
     run->surface_census = qw_trimesh_census(env, s);
-    qw_free(env, mark), qw_free(env, point), qw_free(env, position);
     qw_keep(env, s->position), qw_keep(env, s->corner), qw_keep(env, s->twin), qw_keep(env, s->mark);
     qw_keep(env, s->point);
     qw_keep(env, run->surface_census.component);
@@ -232,7 +228,7 @@ static bool condense_for_sizes(qw_run_state *run, double rho)
 {
     double strength = run->input.density || run->options.around > 0 ? 1 : run->options.adaptive,
            smallest = qw_pow(SMALLER, strength) / (qw_follows_motion(run) ? (double)QW_MOST_SHORTER : 1),
-           edge = (double)CONDENSED * smallest * rho;
+           edge = QW_CONDENSED * smallest * rho;
     if (run->surface.face_count > dense_for(run, edge)) {
         qw_scope_begin(run->env);
         float *length = QW_NEW(run->env, float, run->surface.vertex_count);
@@ -251,13 +247,42 @@ static void condense(qw_run_state *run, double rho)
     qw_env *env = run->env;
     qw_trimesh *s = &run->surface;
     if (qw_has_density(run) && (!condense_for_sizes(run, rho) || run->options.around > 0)) return;
-    double share = (double)CONDENSED * (qw_keeps_rims(run) ? SMALLER : 1);
+    double share = QW_CONDENSED * (qw_keeps_rims(run) ? SMALLER : 1);
     if (s->face_count <= dense_for(run, share * rho)) return;
     qw_scope_begin(env);
     float *base_target, *length = qw_wanted_size(run, rho, &base_target, NULL, NULL);
-    for (uint32_t v = 0; v < s->vertex_count; v++) length[v] *= CONDENSED;
+    for (uint32_t v = 0; v < s->vertex_count; v++) length[v] *= (float)QW_CONDENSED;
     if (s->face_count > room_for(s, length)) coarsen(run, length);
     qw_scope_end(env);
+}
+
+/* Frees what of a surface neither the run's nor the core has. */
+static void free_surface(const qw_run_state *run, const qw_trimesh *s)
+{
+    const qw_trimesh *kept = &run->surface, *core = &run->core.mesh;
+    if (s->position != kept->position && s->position != core->position) qw_free(run->env, s->position);
+    if (s->corner != kept->corner && s->corner != core->corner) qw_free(run->env, s->corner);
+    if (s->twin != kept->twin && s->twin != core->twin) qw_free(run->env, s->twin);
+    if (s->mark != kept->mark && s->mark != core->mark) qw_free(run->env, s->mark);
+    if (s->point != kept->point && s->point != core->point) qw_free(run->env, s->point);
+}
+
+/* Draws the curves that are to have rings, and makes the surface coarser. As there are rarely any, they are looked for
+   on the coarser one; where there are it is made anew, with them. */
+static void draw_and_condense(qw_run_state *run, double rho)
+{
+    const qw_trimesh fine = run->surface;
+    const qw_census fine_census = run->surface_census;
+    run->necks = (qw_necks){0};
+    condense(run, rho);
+    qw_necks found = qw_necks_of_surface(run, rho);
+    const qw_trimesh coarse = run->surface;
+    const qw_census coarse_census = run->surface_census;
+    run->surface = fine, run->surface_census = fine_census;
+    if (qw_engrave_necks(run, rho, &found)) condense(run, rho);
+    else run->surface = coarse, run->surface_census = coarse_census;
+    free_surface(run, &fine);
+    if (coarse.corner != fine.corner) free_surface(run, &coarse);
 }
 
 /* The circles around which so many edges are asked for. No edge of the surface is longer than the quads', so that sizes
@@ -282,6 +307,7 @@ void qw_stage_SURFACE(qw_run_state *run)
     run->surface_faces = qw_surface_faces(run, &run->options);
     qw_set_core(run);
     qw_prepare_surface(run);
+    qw_build_tree(run);
 }
 
 void qw_prepare_surface(qw_run_state *run)
@@ -294,10 +320,8 @@ void qw_prepare_surface(qw_run_state *run)
     run->tree = NULL; /* an earlier surface's */
     run->circles = NULL;
     qw_engrave_guides(run);
-    qw_engrave_necks(run, rho);
-    condense(run, rho);
+    draw_and_condense(run, rho);
     find_circles(run, rho);
-    qw_build_tree(run);
 }
 
 /* Half the wanted edge length of the quads at each vertex, at the resolution of the working mesh. */
