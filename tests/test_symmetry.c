@@ -1045,6 +1045,27 @@ static void tiny_coordinates(void **state)
     qw_result_destroy(result), shape_free(&s);
 }
 
+/* Quads are bits of each other where lengths are no normal numbers (regress/subnormal.obj), and where they are as large
+   as can be read. */
+static void ends_of_the_numbers(void **state)
+{
+    (void)state;
+    static const double sides[] = {8e-309, 1e300};
+    for (int i = 0; i < 2; i++) {
+        shape s = shape_cube(1);
+        for (uint32_t k = 0; k < 3 * s.vertex_count; k++) s.position[k] *= sides[i];
+        qw_options o = asking(200, QW_SYMMETRY_X);
+        qw_result *result = run_of(&s, &o);
+        qw_mesh_view quads = qw_result_mesh(result);
+        const qw_report *r = qw_result_report(result);
+        assert_int_equal(r->symmetric, 1);
+        expect_promise(result, 200);
+        uint32_t *twin = find_reflections(&quads, r->plane_offset);
+        expect_mirrored_quads(&quads, twin);
+        free(twin), qw_result_destroy(result), shape_free(&s);
+    }
+}
+
 enum { PIERCED = 11 };
 
 /* A plate with a hole in every second cell. */
@@ -1244,6 +1265,7 @@ QW_TEST_SUITE(symmetry)
         cmocka_unit_test(surfaces_without_two_sides),
         cmocka_unit_test(a_plane_that_touches_an_edge),
         cmocka_unit_test(tiny_coordinates),
+        cmocka_unit_test(ends_of_the_numbers),
         cmocka_unit_test(too_few_quads),
         cmocka_unit_test(too_many_quads),
         cmocka_unit_test(a_plane_beside_the_surface),

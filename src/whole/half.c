@@ -317,11 +317,11 @@ static void make_exact(double *position, const uint8_t *on, const uint8_t *singl
     if (plane->axis == QW_NO_AXIS || plane->offset == 0) return;
     for (uint32_t v = 0; v < vertex_count; v++)
         largest = fmax(largest, fabs(qw_plane_height(plane, position + 3 * (size_t)v)));
-    double unit = 1;
-    while (unit < largest) unit *= 2;
-    while (unit > 2 * largest) unit /= 2;
-    assert(unit >= largest && unit <= 2 * largest);
-    unit = unit * 2 / 4503599627370496.0; /* 2^-52 of twice the largest */
+    double half = 0.5; /* a power of two, from half of the largest up to the largest */
+    while (half < largest / 2) half *= 2;
+    while (half > largest) half /= 2;
+    assert(half >= largest / 2 && half <= largest);
+    double unit = fmax(half / 1125899906842624.0, DBL_TRUE_MIN); /* 2^-52 of twice the largest, or the least there is */
     plane->offset = floor(plane->offset / unit + 0.5) * unit;
     for (uint32_t v = 0; v < vertex_count; v++) {
         double *x = position + 3 * (size_t)v + plane->axis;
