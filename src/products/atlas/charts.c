@@ -69,6 +69,7 @@ static void lay_stub(maker *k, qw_chart *c)
     qw_scope_end(k->env);
 }
 
+/* Lists the faces of each chart, as the seams divide them now. */
 static void take_charts(maker *k)
 {
     uint32_t count, *begin;
@@ -225,6 +226,7 @@ typedef struct choice {
     void *user;
 } choice;
 
+/* Whether the charts that are not empty pack well; takes as many looks from those left. */
 static bool packs_well(maker *k)
 {
     const choice *c = k->user;
@@ -279,7 +281,7 @@ static bool share_out(maker *k, sharer *s, uint32_t most_more, double most_cost)
     keep_state(k, &s->kept);
     loosen(k, s);
     take_charts_again(k);
-    bool is_shared = k->made.count - before <= most_more;
+    bool is_shared = k->made.count <= before + most_more; /* charts that are used up are counted no more */
     for (uint32_t i = 0; i < k->made.count && is_shared; i++)
         k->made.chart[i].is_loose = s->mark[k->made.chart[i].face[0]];
     k->bounds.only_loose = true;
