@@ -40,6 +40,7 @@ static bool same_text(const char *a, const char *b, bool fold)
 
 const char *const qw_format_words[] = {"auto", "obj", "ply", "off", "stl", "glb", "gltf", "msh", "vtu", "inp", "bdf"};
 
+/* STAGE:FILE: the file is put down as that of the stage's dump. */
 static qw_status parse_dump(parser *p, const char *value)
 {
     const char *colon = strchr(value, ':');
@@ -67,6 +68,7 @@ static qw_status parse_whole(parser *p, const qw_switch_row *row, const char *va
     return QW_OK;
 }
 
+/* The next input, of as many as the command takes; one more is refused, with what was probably meant. */
 static qw_status set_input(parser *p, const char *value)
 {
     qw_arguments *out = p->out;
@@ -205,6 +207,7 @@ static qw_status parse_bake(parser *p, const char *value)
     return status == QW_OK ? status : refuse(p, status, "--%s", message);
 }
 
+/* Numbers of quads with commas between them, each less than the one before, go into out->level. */
 static qw_status parse_levels(parser *p, const char *value)
 {
     qw_arguments *out = p->out;
@@ -284,6 +287,7 @@ static qw_status parse_memory(parser *p, const char *value)
     return QW_OK;
 }
 
+/* The value of a switch that has a way of its own to be read; else it is that of the option it stands for. */
 static qw_status parse_value(parser *p, const qw_switch_row *row, const char *value)
 {
     switch (row->id) {
@@ -304,6 +308,7 @@ static qw_status parse_value(parser *p, const qw_switch_row *row, const char *va
     }
 }
 
+/* Puts what a switch says where its row of the table says. value: NULL where the switch takes none. */
 static qw_status apply(parser *p, const qw_switch_row *row, const char *value)
 {
     qw_arguments *out = p->out;
@@ -333,6 +338,7 @@ static const qw_switch_row *switch_named(const parser *p, const char *name, bool
     return NULL;
 }
 
+/* A word that begins with a dash: a switch of the command or an option, its value behind "=" or in the next word. */
 static qw_status take_switch(parser *p, const char *word)
 {
     bool two_dashes = word[1] == '-';
@@ -376,6 +382,7 @@ static bool ends_with(const char *text, const char *end)
     return n > m && same_text(text + n - m, end, true);
 }
 
+/* Where --format is not given, the format is that of the ending of the output's name; OBJ for standard output. */
 static qw_status settle_format(parser *p)
 {
     qw_arguments *a = p->out;

@@ -63,6 +63,7 @@ typedef struct batch {
 
 /* ---- records */
 
+/* Whether the output of a model still has the size and the hash that its record says. */
 static bool is_output_whole(const batch_model *m, const char *record)
 {
     char bytes[32], hash[32], now[32];
@@ -116,6 +117,7 @@ typedef struct outcome {
     uint32_t level_faces[QW_MOST_LEVELS];
 } outcome;
 
+/* The first members of a model's record, which all outcomes have; the object is left open. */
 static void begin_record(const qw_arguments *a, const batch_model *m, const outcome *o, qw_json *json)
 {
     char settings[BATCH_KEY_SIZE];
@@ -186,6 +188,7 @@ static qw_status say(making *k, qw_status status, const char *message)
 /* The status of what the context was asked to do, with the context's own sentence, which is read after it. */
 static qw_status said(making *k, qw_status status) { return say(k, status, qw_message(k->context)); }
 
+/* Reads the model, as points where it has no faces or a wrap is asked for, and marks the edges that are to stay. */
 static qw_status load(making *k, const qw_host *host)
 {
     qw_arguments *a = k->arguments;
@@ -202,6 +205,7 @@ static qw_status load(making *k, const qw_host *host)
     return say(k, status, qw_mesh_message(k->mesh));
 }
 
+/* A context with the mesh, the motion of its bones and morph targets, and the density. */
 static qw_status begin(making *k, const qw_host *host)
 {
     const qw_arguments *a = k->arguments;
@@ -311,6 +315,7 @@ static _Noreturn void work(const batch *b, const batch_model *m, const char *key
 
 /* ---- the processes */
 
+/* Starts a process for a model in a free place of the workers; false: there is none to be had. */
 static bool start(batch *b, size_t model, const char *key)
 {
     worker *w = b->worker;
@@ -369,6 +374,7 @@ static void settle(batch *b, worker *w, int status)
     w->process = 0;
 }
 
+/* Settles all workers that have ended, and ends those over the time limit; whether any had ended. */
 static bool reap(batch *b)
 {
     bool any = false;
@@ -386,6 +392,8 @@ static bool reap(batch *b)
     return any;
 }
 
+/* How many are done, have failed and are left, at most twice a second in a terminal and every half minute
+   elsewhere. */
 static void say_progress(batch *b, bool is_end)
 {
     double now = qw_seconds_now(), pause = qw_is_terminal() ? 0.5 : 30;
@@ -426,6 +434,8 @@ static int take_next(batch *b)
     return 0;
 }
 
+/* Starts models while workers are free and settles those that end, until all are done or a signal comes. Returns
+   the exit code. */
 static int run(batch *b)
 {
     const struct timespec moment = {0, 2000000};

@@ -49,6 +49,8 @@ static uint64_t hash_asset(uint64_t h, const qw_arguments *a)
     return qw_hash_bytes(h, what, sizeof what);
 }
 
+/* A hash of all that the result depends on besides the input: options without threads, version, what is kept,
+   levels, asset. */
 static uint64_t hash_settings(const qw_arguments *a)
 {
     uint64_t h = QW_HASH_BYTES;

@@ -91,6 +91,7 @@ static char *inner_name(const char *path)
     return name;
 }
 
+/* A model of the list: its input, output and record. False: out of memory. Those of other shards are passed over. */
 static bool add(const qw_arguments *a, batch_list *list, const char *input, const char *path_in_out)
 {
     char *name = inner_name(path_in_out);

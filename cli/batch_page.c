@@ -46,6 +46,7 @@ typedef struct row {
     double number[NUMBERS], value[MEASURES]; /* negative: does not apply */
 } row;
 
+/* The number of that name in a record, behind the section's name where there is one; -1: none. */
 static double figure(const char *record, const char *section, const char *name)
 {
     char quoted[64];
@@ -69,6 +70,7 @@ static void put_escaped(FILE *file, const char *text)
     }
 }
 
+/* A chart of how many models have how much of measure m, from 0 to the largest value. */
 static void put_histogram(FILE *page, const row *rows, size_t count, int m)
 {
     size_t bins[BINS] = {0}, most = 1;
@@ -190,6 +192,7 @@ static void put_reason(FILE *page, char *record)
     put_escaped(page, text);
 }
 
+/* A list of the models that failed or are not done, with links to their records and why; the first MOST_NAMED. */
 static void put_failed(const qw_arguments *a, FILE *page, const row *rows, size_t count, size_t failed)
 {
     size_t shown = 0;
@@ -231,6 +234,7 @@ static void put_skipped(FILE *page, const batch_list *list)
     fputs(list->others > MOST_NAMED ? " and others</p>\n" : "</p>\n", page);
 }
 
+/* What pictures, dots, links and bars mean. */
 static void put_legend(FILE *page)
 {
     static const char *const kinds[] = {"two or fewer", "three", "five", "six or more"};
@@ -268,6 +272,7 @@ static void put_options(const qw_arguments *a, FILE *page)
     fprintf(page, "%s</p>\n", others ? "" : "as they are where nothing is said");
 }
 
+/* Models, failures, date, and the sums of what is counted in all records. */
 static void put_totals(FILE *page, const row *rows, size_t count, size_t failed)
 {
     char date[64] = "";
@@ -286,6 +291,7 @@ static void put_totals(FILE *page, const row *rows, size_t count, size_t failed)
     fprintf(page, "%.1f seconds of work.</p>\n", seconds);
 }
 
+/* A line of the table: picture, name, status, counts and measures of one model. */
 static void put_row(const qw_arguments *a, FILE *page, const row *r)
 {
     fputs("<tr><td>", page);
@@ -317,6 +323,7 @@ static void put_table(const qw_arguments *a, FILE *page, const row *rows, size_t
     fputs("</table>\n", page);
 }
 
+/* The whole page, from totals to the table. */
 static void put_page(const qw_arguments *a, FILE *page, const batch_list *list, const row *rows, size_t failed)
 {
     size_t count = list->count;
@@ -347,6 +354,7 @@ static FILE *open_in(const qw_arguments *a, const char *name, const char *ending
     return batch_make_folders(path) ? fopen(path, "wb") : NULL;
 }
 
+/* What the page shows of a model, out of its record, which goes into the file `lines` as it is. */
 static void read_row(const batch_model *model, FILE *lines, row *r)
 {
     size_t size;

@@ -47,6 +47,8 @@ static void take_property(void *user)
     for (uint32_t v = 0; v < r->count; v++) r->density[v] = (qw_density)density_of(r->property, v);
 }
 
+/* The density of each vertex from a file of numbers, a line each; fails where there are more or fewer than
+   vertices. */
 static void read_numbers(void *user)
 {
     reading *r = user;
@@ -63,6 +65,7 @@ static void read_numbers(void *user)
         qw_fail(r->env, QW_ARGUMENT, -1, "%s has %u densities for %u vertices", name, count, r->count);
 }
 
+/* The density of each vertex: a vertex property of the mesh where one has that name, else a file. */
 static qw_status read_density(reading *r, const qw_mesh *mesh, const char *from, char *message, size_t size)
 {
     r->property = vertex_property(mesh, from), r->path = from, r->count = qw_mesh_get(mesh).vertex_count;

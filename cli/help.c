@@ -37,6 +37,7 @@ const char *qw_example_at(size_t index) { return index < sizeof examples / sizeo
 
 /* ---- one option, one switch */
 
+/* A text in lines of at most HELP_WIDTH columns, broken at blanks and indented. */
 static void put_wrapped(FILE *file, const char *text)
 {
     int column = HELP_INDENT;
@@ -81,6 +82,7 @@ void qw_option_usage(const qw_option_info *info, char *text, size_t size)
     }
 }
 
+/* An option: how it is written, range, unit and initial value, and what it is for. */
 static void put_option(FILE *file, const qw_option_info *info)
 {
     char usage[256], initial[64] = "";
@@ -285,6 +287,7 @@ static bool put_named(FILE *file, const char *name)
     return any;
 }
 
+/* All that help says of a topic: what it is about, its options, and usage and switches of its command. */
 static void put_topic(FILE *file, const topic *t)
 {
     fprintf(file, "%s: %s\n\n", t->name, t->about);

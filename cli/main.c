@@ -28,6 +28,7 @@ static int finish_printing(void)
     return qw_complain(QW_FILE_UNWRITABLE, message);
 }
 
+/* What was measured, as text or with --json as JSON. Returns the exit code. */
 static int print_measures(const qw_arguments *a, const qw_topology *topology, const qw_quality *quality)
 {
     if (!a->json) {

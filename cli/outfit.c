@@ -15,6 +15,7 @@ static void drop(qw_outfit *o, qw_attribute_kind kind)
     o->count = kept;
 }
 
+/* Carries the attributes of the input to the result and begins the outfit's list with them; with --bare none. */
 static qw_status carry(qw_context *context, const qw_arguments *a, const qw_mesh *input, qw_outfit *o)
 {
     uint32_t count = 0;

@@ -25,6 +25,7 @@ static void add(named_path *list, int *count, const char *path, const char *what
     if (path) list[(*count)++] = (named_path){path, what, is_mesh};
 }
 
+/* Lists all files that the command would write and read, with the switch that names each. */
 static void gather(path_check *c, const qw_arguments *a)
 {
     bool remesh = a->command == QW_COMMAND_REMESH || a->command == QW_COMMAND_ASSET;
@@ -58,6 +59,7 @@ static void require_spared(const path_check *c, const named_path *out, const nam
             may ? "; --force allows it" : "");
 }
 
+/* Fails where an output cannot be written, two outputs are one file, or one would overwrite an input. */
 static void check_paths(void *user)
 {
     path_check *c = user;

@@ -20,6 +20,7 @@ void qw_meter_begin(qw_meter *meter, bool quiet, double limit)
                         .begin = qw_seconds_now()};
 }
 
+/* The bar in its line, drawn again where stage or percent have changed, and not more often than a frame. */
 static void draw_bar(qw_meter *meter, qw_stage stage, int percent, double time)
 {
     if (percent == meter->percent && (int)stage == meter->stage) return;

@@ -96,6 +96,7 @@ static qw_status save_result(session *s)
     return qw_save_from(s->context, s->outfit.list, s->outfit.count, a->bare ? NULL : s->input, a->output, a->format);
 }
 
+/* Writes what was asked for, the result last; stops at the first that cannot be written. */
 static qw_status save_all(session *s)
 {
     const qw_arguments *a = s->arguments;
@@ -158,6 +159,7 @@ static qw_status measure(session *s, qw_quality *quality, bool *is_measured)
     return status;
 }
 
+/* The JSON report of the run: options, report, notes, asset, and quality where it was measured. */
 static qw_status fill_report(session *s, qw_json *json)
 {
     const qw_arguments *a = s->arguments;
@@ -223,6 +225,7 @@ static qw_status write_results(session *s)
 
 /* ---- the run */
 
+/* Runs to each stage of which a dump is asked for, writes that, then runs to the end where there is an output. */
 static qw_status run_stages(session *s)
 {
     const qw_arguments *a = s->arguments;
@@ -312,6 +315,7 @@ static void take_level_back(const qw_arguments *all, int64_t level)
         if (written[i] && strcmp(written[i], "-") != 0) remove(written[i]);
 }
 
+/* Makes each level of detail and writes all together; where one fails none is left behind. */
 static qw_status make_levels(session *s)
 {
     const qw_arguments *a = s->arguments;
@@ -386,6 +390,7 @@ static qw_status work(session *s, qw_mesh **input)
     return explain(s, status);
 }
 
+/* The run with its meter, host and context, from input to summary. *input: the mesh, which may be given up early. */
 static qw_status run(session *s, qw_mesh **input)
 {
     const qw_arguments *a = s->arguments;

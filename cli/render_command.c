@@ -12,6 +12,7 @@ static const char *base_name(const char *path)
     return slash && slash[1] ? slash + 1 : path;
 }
 
+/* The renderer's options as the switches say; what is not said keeps its initial value. */
 static render_options options_of(const qw_arguments *a)
 {
     render_options options;
@@ -28,6 +29,7 @@ static render_options options_of(const qw_arguments *a)
     return options;
 }
 
+/* Draws the panels into the output. Returns the exit code; an interrupt leaves no picture. */
 static int draw(const qw_arguments *a, const render_panel *panels, size_t count, const qw_mesh_view *follow)
 {
     render_options options = options_of(a);

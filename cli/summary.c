@@ -7,6 +7,7 @@
 
 /* ---- for people */
 
+/* A line for each field of that kind in a record, by its table; optional ones below 0 are left out. */
 static void print_fields(FILE *file, qw_record record, qw_field_kind kind, const void *values)
 {
     const qw_field_info *info;

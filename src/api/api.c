@@ -140,6 +140,7 @@ typedef struct density_call {
     qw_density *copy;
 } density_call;
 
+/* Checks the densities of a call and copies them; one density everywhere is none. */
 static void copy_density(void *user)
 {
     density_call *call = user;

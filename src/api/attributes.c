@@ -44,6 +44,7 @@ static qw_quadmesh part_sides(qw_env *env, const qw_quadmesh *whole, uint32_t re
     return parted;
 }
 
+/* Where each vertex and corner of the result lies on the input, as a source of all that is carried over. */
 static qw_carried *find_carried(qw_context_state *c)
 {
     const qw_run_state *run = &c->run;
@@ -130,6 +131,7 @@ static void warn_of_lost_labels(qw_run_state *run, const qw_attribute *was, cons
     qw_warn_once(run, text);
 }
 
+/* Checks the attributes of the input and carries them to the result, and to polygons that were left out. */
 static void transfer(void *user)
 {
     transfer_call *call = user;
@@ -339,6 +341,7 @@ static void hold_sides_back(save_call *call)
                held, held == 1 ? "" : "s");
 }
 
+/* Writes the result with the attributes that are given, in the format of the call. */
 static void save_with(void *user)
 {
     save_call *call = user;
@@ -394,6 +397,7 @@ qw_status qw_save_second_order(qw_context *context, const qw_attribute *attribut
 
 /* ---- provenance to a file: docs/attributes.md */
 
+/* A line of the provenance: face, corners and weights of a point on the input, or null. */
 static void put_json_point(qw_file *file, const qw_origin *o, bool first)
 {
     char line[256], number[QW_NUMBER_SIZE];

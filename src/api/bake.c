@@ -57,6 +57,7 @@ void qw_drop_maps(qw_context_state *c)
 
 /* ---- the input */
 
+/* The pictures of the input's materials, decoded; those that cannot be read stay empty and are told of. */
 static qw_picture *read_pictures(qw_env *env, qw_material_list *list)
 {
     qw_picture *picture = QW_NEW_ZERO(env, qw_picture, list->image_count);
@@ -205,6 +206,8 @@ static part_cells find_cells(qw_env *env, const qw_mesh *joined, const qw_trimes
     return cells;
 }
 
+/* The source with each part of it in a cell of its own, and the target's faces in the cell of the part they came
+   from: rays of one part meet no other. */
 static qw_source part_source(const qw_context_state *c, const qw_mesh *joined, qw_bake_target *target)
 {
     qw_source s = c->carried->source;
@@ -225,6 +228,7 @@ static qw_source part_source(const qw_context_state *c, const qw_mesh *joined, q
     return s;
 }
 
+/* Shading normals at the corners of the result as it is unwrapped, polygons included: float[3 corners]. */
 static float *find_normals(qw_context_state *c, const qw_mesh_view *view, const qw_atlas_mesh *mesh)
 {
     const qw_quadmesh *quads = &c->run.finished;
@@ -289,6 +293,7 @@ static uint32_t maps_of(const qw_look *l)
            (uint32_t)l->has_emission << QW_MAP_EMISSION;
 }
 
+/* The maps that were made, as the caller sees them: one for each map and tile that has pixels. */
 static void list_images(qw_env *env, qw_asset *a)
 {
     a->image = QW_NEW(env, qw_image, a->look.tiles * (size_t)QW_MAP_COUNT);
@@ -306,6 +311,7 @@ static void list_images(qw_env *env, qw_asset *a)
     }
 }
 
+/* Makes the asset the owner of the maps, and reports texels, those missed, and errors in the units of the input. */
 static void keep_maps(qw_context_state *c, qw_asset *a, const qw_maps *maps, const qw_bake_target *target)
 {
     qw_asset_report *r = &a->report;
@@ -481,6 +487,7 @@ qw_attribute *qw_list_asset(qw_env *env, const qw_asset *a, const qw_mesh_view *
     return list;
 }
 
+/* Writes the asset: mesh, texture coordinates, attributes, and its materials within glTF or as an MTL library. */
 static void save_asset(void *user)
 {
     save_call *call = user;

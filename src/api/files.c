@@ -45,6 +45,7 @@ static void weld(qw_env *env, qw_soup *soup)
     qw_free(env, place);
 }
 
+/* The view of what was read: uniform where all faces have three corners or all have four. */
 static void view_soup(qw_env *env, const qw_soup *soup, qw_mesh_view *view)
 {
     uint32_t first = soup->face_count ? soup->face_begin[1] : 0;
@@ -94,6 +95,7 @@ static void require_something(const load_job *job)
     if (!is_there) qw_fail(job->env, QW_ARGUMENT, -1, "there is nothing to load: the path or the bytes are NULL");
 }
 
+/* Reads memory, a file, or several files that become one mesh. */
 static void load_body(void *user)
 {
     load_job *job = user;
@@ -146,6 +148,8 @@ static void own_points_body(void *user)
     job->mesh->is_whole = true;
 }
 
+/* Makes a mesh of arrays of the caller, which are checked and not copied; files that belong to it are those of
+   `source`. */
 static void wrap_body(void *user)
 {
     load_job *job = user;
@@ -175,6 +179,8 @@ static void limit_body(void *user)
     job->mesh->is_whole = true;
 }
 
+/* A mesh with an environment of its own, filled by `body`. *mesh is made even where body fails, to hold the
+   message. */
 static qw_status make_mesh(load_job job, void (*body)(void *user), const qw_host *host, qw_mesh **mesh)
 {
     *mesh = NULL;
@@ -256,6 +262,7 @@ typedef struct mark_job {
     const char *names;
 } mark_job;
 
+/* The attribute of that name; fails with a list of those that are there. */
 static const qw_attribute *attribute_named(const qw_mesh *mesh, const char *name, size_t size)
 {
     char there[240] = "";
@@ -270,6 +277,7 @@ static const qw_attribute *attribute_named(const qw_mesh *mesh, const char *name
             (int)(size < 80 ? size : 80), name, there[0] ? there : "; it has none");
 }
 
+/* Marks the edges at which one of the attributes named in the list changes. */
 static void mark_body(void *user)
 {
     mark_job *job = user;
@@ -349,6 +357,7 @@ static uint32_t mark_faces(const region_job *job, const char *attribute, size_t 
     return count;
 }
 
+/* Marks the faces that have a label, "name" or "attribute=name"; fails with those that are there. */
 static void region_body(void *user)
 {
     region_job *job = user;

@@ -12,6 +12,7 @@ static uint32_t corners_of(const qw_mesh_view *v)
     return corners;
 }
 
+/* The views of all parts in one: vertices and faces of each follow those of the part before it. */
 static void join_views(qw_env *env, qw_mesh *whole)
 {
     uint64_t vertices = 0, faces = 0, corners = 0, marks = 0;

@@ -28,6 +28,7 @@ static void *copy_of(qw_env *env, const void *from, size_t size)
     return to;
 }
 
+/* Replaces all that an attribute points at by copies of the environment's own. */
 static void copy_attribute(qw_env *env, qw_attribute *a)
 {
     size_t values = (size_t)a->count * a->components * sizeof(float);
@@ -53,6 +54,7 @@ static const qw_asset_look *copy_look(qw_env *env, const qw_asset_look *look)
     return to;
 }
 
+/* Copies a result, with attributes and the look of its asset, into a mesh that lives on without its context. */
 static void copy_level(void *user)
 {
     level_call *call = user;

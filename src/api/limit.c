@@ -31,6 +31,7 @@ static void say_count(qw_env *env, const qw_patches *patches)
     qw_log(env, QW_LOG_INFO, "the STEP file has %u faces, of %u blocks of quads", faces, patches->blocks->count);
 }
 
+/* Writes the limit surface as STEP: a patch for each quad, or blocks and faces where these are asked for. */
 static void save_patches(void *user)
 {
     const patches_call *call = user;

@@ -40,6 +40,7 @@ static qw_mesh_view visible_part(qw_env *env, const qw_mesh_view *view, double g
                           .corners = seen.corner};
 }
 
+/* Replaces the view of a mesh by its part that can be seen from outside, gaps of that width closed. */
 static void visible_body(void *user)
 {
     visible_job *job = user;
@@ -110,6 +111,8 @@ typedef struct measure_job {
     qw_quality quality;
 } measure_job;
 
+/* Checks the meshes and measures one, against the other where there is one, of which only what can be seen counts
+   if gaps have a width. */
 static void measure_body(void *user)
 {
     measure_job *job = user;
@@ -129,6 +132,7 @@ static void measure_body(void *user)
     qw_measure_mesh(job->env, job->mesh, hides ? &seen : job->against, &sides, &job->topology, &job->quality);
 }
 
+/* Runs measure_body in an environment of its own; *topology and *quality are written only if it succeeds. */
 static qw_status measure(measure_job *job, const qw_host *host, qw_topology *topology, qw_quality *quality)
 {
     if (!topology || !quality) return QW_ARGUMENT;

@@ -48,6 +48,7 @@ typedef struct field_call {
     qw_vec3 *copy; /* qw_vec3[count] */
 } field_call;
 
+/* Fails unless the field has the right size stamp, domain, number of elements, and directions. */
 static void require_shape(const qw_context_state *c, const qw_cross_field *f)
 {
     qw_env *env = c->env;
@@ -94,6 +95,7 @@ static void require_on_face(const qw_context_state *c, uint32_t f, const double 
                 f);
 }
 
+/* The direction of element e at length one, as it was given where it had that already; zero stays zero. */
 static qw_vec3 unit_of(const qw_context_state *c, const qw_cross_field *f, uint32_t e)
 {
     const float *given = f->directions + 3 * (size_t)e;
@@ -143,6 +145,7 @@ qw_status qw_set_field(qw_context *context, const qw_cross_field *field)
 
 /* ---- the field of a run */
 
+/* The crosses of the run, at the vertices or faces of the input, into call->copy. */
 static void export_field(void *user)
 {
     field_call *call = user;
@@ -252,6 +255,7 @@ typedef struct guide_call {
     qw_steering copy; /* its guides only */
 } guide_call;
 
+/* Fails unless guide g is of a known kind, has points enough, all finite, and rings only if it is a closed loop. */
 static void require_guide(qw_env *env, const qw_guide *guide, uint32_t g)
 {
     if (guide->size != sizeof *guide)
@@ -272,6 +276,7 @@ static void require_guide(qw_env *env, const qw_guide *guide, uint32_t g)
             qw_fail(env, QW_NOT_FINITE, g, "point %zu of guide %u is NaN or infinite", i / 3, g);
 }
 
+/* Checks all guides and copies them; closed ones get their first point again as the last. */
 static void copy_guides(void *user)
 {
     guide_call *call = user;
@@ -311,6 +316,7 @@ static void load_guides(void *user)
     call->guides = NULL;
 }
 
+/* Makes guides by `body` and, if it succeeds, lets them replace those of the context. */
 static qw_status take_guides(qw_context *context, guide_call *call, void (*body)(void *user))
 {
     qw_context_state *c = call->c;
@@ -352,6 +358,7 @@ typedef struct motion_call {
     qw_equal_weights joints;
 } motion_call;
 
+/* How the faces move with bones and morph targets, and curves around joints, into call->made and call->joints. */
 static void find_motion(void *user)
 {
     motion_call *call = user;
@@ -391,6 +398,7 @@ typedef struct region_call {
     uint8_t *copy;
 } region_call;
 
+/* Checks and copies which faces are inside of the region: a number for each face, 0 or 1, not all of them 0. */
 static void copy_region(void *user)
 {
     region_call *call = user;

@@ -211,6 +211,8 @@ static void *link_block(qw_env *env, void *base, size_t size, uint32_t scope)
     return (void *)data;
 }
 
+/* A block of count * size bytes that lives as long as the scope; fails beyond the memory limit or where memory
+   ends. */
 static void *alloc_in_scope(qw_env *env, size_t count, size_t size, uint32_t scope)
 {
     size_t bytes;

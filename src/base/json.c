@@ -24,6 +24,8 @@ static void put_fixed(qw_json *json, const char *text, size_t length)
     json->length += length;
 }
 
+/* Appends text: to the fixed room where there is one, else to memory that grows. Without memory the text fails as
+   a whole. */
 static void put(qw_json *json, const char *text, size_t length)
 {
     if (json->is_fixed) {

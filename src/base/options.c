@@ -66,6 +66,7 @@ size_t qw_options_size(void) { return sizeof(qw_options); }
 
 static void *field(const table *t, void *options, size_t index) { return (char *)options + t->row[index].offset; }
 
+/* Sets the size stamp and all options of the table to their initial values. */
 static void set_initial(const table *t, void *options)
 {
     memset(options, 0, t->size);
@@ -355,6 +356,7 @@ static const char *choice_name(const char *list, int64_t index, size_t *length)
     return list;
 }
 
+/* The value of an option as text, as it would be written on the command line. */
 static qw_status get(const table *t, const void *options, const char *name, char *value, size_t value_size)
 {
     if (value && value_size) value[0] = 0;
@@ -412,6 +414,7 @@ qw_status qw_memory_size(const char *text, uint64_t *bytes, char *message, size_
 
 /* ---- validation */
 
+/* Whether one option is within its range; else the sentence that says what it may be. */
 static qw_status validate_one(const table *t, const void *options, size_t index, char *message, size_t message_size)
 {
     const qw_option_info *info = &t->row[index].info;
@@ -428,6 +431,7 @@ static qw_status validate_one(const table *t, const void *options, size_t index,
     return refuse_number(info, text, message, message_size);
 }
 
+/* Whether the stamp is right and all options are within their ranges; the message is of the first that is not. */
 static qw_status validate_all(const table *t, const void *options, char *message, size_t message_size)
 {
     if (message && message_size) message[0] = 0;

@@ -117,6 +117,7 @@ static void leave(qw_pool *pool)
     pthread_mutex_unlock(&pool->lock);
 }
 
+/* Returns once there is another round than `seen`, or the pool ends: awake for a while, then asleep. */
 static void wait_for_round(qw_pool *pool, unsigned seen)
 {
     for (int i = 0; i < SPINS + YIELDS; i++) {
@@ -130,6 +131,7 @@ static void wait_for_round(qw_pool *pool, unsigned seen)
     pthread_mutex_unlock(&pool->lock);
 }
 
+/* What a thread of the pool does: works on every round that it can enter, until the pool ends. */
 static void *worker(void *user)
 {
     qw_pool *pool = user;

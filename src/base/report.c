@@ -59,6 +59,7 @@ static const char *const stage_names[QW_STAGE_COUNT] = {
 
 /* ---- objects */
 
+/* A field of a record as a number, or null where it is optional and below 0. */
 static void put_field(qw_json *json, const qw_field_info *info, const void *values)
 {
     const char *at = (const char *)values + info->offset;
@@ -91,6 +92,7 @@ static void put_topology(qw_json *json, const qw_topology *topology)
     qw_json_end(json, '}');
 }
 
+/* The time and the peak of memory of every stage, as an array. */
 static void put_stages(qw_json *json, const qw_report *report)
 {
     qw_json_begin(json, "stages", '[');
@@ -105,6 +107,7 @@ static void put_stages(qw_json *json, const qw_report *report)
     qw_json_end(json, ']');
 }
 
+/* What was decided on each feature curve, its length and a point of it, as an array. */
 static void put_curves(qw_json *json, const qw_report *report)
 {
     static const char *const axis[] = {"x", "y", "z"};

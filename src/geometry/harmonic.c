@@ -10,6 +10,7 @@ static const double LEAST_WEIGHT = 0.02;
 static const double TOLERANCE = 1e-4;
 enum { MAX_ITERATIONS = 1000 };
 
+/* y = A x: the Laplacian by cotangents, the identity for what is fixed. */
 static void apply(void *user, qw_env *env, const double *x, double *y)
 {
     (void)env;
@@ -33,6 +34,7 @@ static double cotangent_across(const qw_trimesh *m, uint32_t h)
     return sine > 0 ? (double)qw_dot(a, b) / sine : 0;
 }
 
+/* Edges of the patch, each once, with cotangent weights of at least LEAST_WEIGHT, and the diagonal of their sums. */
 static void set_weights(qw_harmonic *p, const uint32_t *of, uint32_t id)
 {
     const qw_trimesh *m = p->mesh;

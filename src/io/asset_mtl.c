@@ -53,6 +53,7 @@ static void put_numbers(qw_pen *pen, const char *word, const float *x, int count
     qw_pen_text(pen, "\n");
 }
 
+/* A material of the library, as is usual for physically based ones: factors where there is no map, else the maps. */
 static void put_material(maker *k, uint32_t tile, uint32_t i, const char *name)
 {
     const qw_asset_look *l = k->look;

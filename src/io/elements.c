@@ -61,6 +61,8 @@ static uint32_t nodes_of(const elements *e, uint32_t i, uint32_t node[MOST_NODES
 
 static uint32_t face_of(const elements *e, uint32_t i) { return e->second_order ? 4 * i : i; }
 
+/* Where the corners of each face begin; fails at a face that is no element. Counts elements, and nodes without the
+   middles that second order leaves out. */
 static void take_faces(elements *e)
 {
     const qw_mesh_view *m = e->mesh;
@@ -85,6 +87,8 @@ static bool same_labels(const elements *e, uint32_t i, uint32_t j)
     return true;
 }
 
+/* Orders the elements by their labels, so that those of all the same labels follow one another, and lists these
+   parts. */
 static void take_parts(elements *e, const qw_attribute *attributes, uint32_t count)
 {
     qw_attribute by[MOST_LABELS];
@@ -182,6 +186,7 @@ static void sort_sides(elements *e, uint32_t (*next)[2])
     qw_free(e->env, key), qw_free(e->env, mark);
 }
 
+/* Creases as elements of lines in one set, and each loop of the boundary in a set of its own. */
 static void take_lines(elements *e)
 {
     uint32_t(*next)[2] = qw_alloc(e->env, e->mesh->vertex_count, sizeof *next);
@@ -343,6 +348,7 @@ static void open_array(elements *e, const char *type, const char *name)
 }
 static void close_array(elements *e) { qw_pen_text(&e->pen, "</DataArray>\n"); }
 
+/* The cells of a VTU file: nodes, ends and types of elements and lines. */
 static void put_vtu_cells(elements *e)
 {
     uint32_t node[MOST_NODES], end = 0;
@@ -452,6 +458,7 @@ static void put_inp_field(elements *e, double x)
     qw_pen_text(&e->pen, text);
 }
 
+/* An Abaqus file: nodes, elements from most corners to fewest, and sets. */
 static void put_inp(elements *e)
 {
     uint32_t node[MOST_NODES];

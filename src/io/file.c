@@ -145,6 +145,7 @@ static struct stat ask_descriptor(qw_env *env, int descriptor, const char *name)
     return info;
 }
 
+/* All bytes of a descriptor, with QW_ZEROS zeros behind them; waits for pipes in a way that can be cancelled. */
 static qw_bytes read_all(qw_env *env, int descriptor, const char *name)
 {
     struct stat info = ask_descriptor(env, descriptor, name);
@@ -355,6 +356,7 @@ static ssize_t write_quietly(int descriptor, const void *bytes, size_t size)
     return put;
 }
 
+/* Writes what the buffer holds, all of it, and empties it; waits for slow readers in a way that can be cancelled. */
 static void flush(qw_file *f)
 {
     for (size_t done = 0; done < f->filled;) {
@@ -410,6 +412,7 @@ typedef struct identity {
     const char *name;          /* within the folder, where the file does not exist */
 } identity;
 
+/* What tells one file from another: its inode, or that of its folder and its name if it does not exist. */
 static identity identity_of(qw_env *env, const char *path)
 {
     identity it = {.keeps = true};

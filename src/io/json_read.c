@@ -40,6 +40,7 @@ static bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 static bool is_hex(char c) { return is_digit(c) || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F'); }
 
+/* A token of the string at p->at, which is checked and not yet decoded. */
 static void take_string(parser *p)
 {
     uint32_t t = add(p, QW_JSON_STRING, p->at + 1);
@@ -67,6 +68,7 @@ static void take_digits(parser *p)
     while (is_digit(peek(p))) p->at++;
 }
 
+/* A token of the number at p->at. */
 static void take_number(parser *p)
 {
     uint32_t t = add(p, QW_JSON_NUMBER, p->at);
@@ -82,6 +84,7 @@ static void take_number(parser *p)
     p->doc.token[t].end = p->at;
 }
 
+/* A token of null, false or true. */
 static void take_word(parser *p)
 {
     static const char *const words[] = {"null", "false", "true"};

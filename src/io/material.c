@@ -140,6 +140,8 @@ static double source_of(const reader *r, uint32_t texture)
     return webp == QW_NONE || (!qw_reads_webp() && image >= 0) ? image : number(r, webp, "source", image);
 }
 
+/* The texture of that name in a JSON object: image, set of coordinates, wrapping and transform; none where it is
+   not there. */
 static qw_texture read_texture(reader *r, uint32_t object, const char *name, uint32_t channel)
 {
     qw_texture t = no_texture;
@@ -177,6 +179,7 @@ static void read_specular_glossiness(reader *r, uint32_t e, qw_material *a)
                          r->name);
 }
 
+/* What the extensions of material m say, into *a; those that maps have no place for are told of. */
 static void read_extensions(reader *r, uint32_t m, qw_material *a)
 {
     const qw_json_doc *j = &r->json;
@@ -226,6 +229,7 @@ static qw_material read_material(reader *r, uint32_t m)
     return a;
 }
 
+/* The bytes of image i, from a view or a URI, and a name for messages; without bytes it is told of. */
 static void read_image(reader *r, uint32_t i)
 {
     uint32_t image = item(&r->images, i), view = item(&r->views, number(r, image, "bufferView", -1));

@@ -89,6 +89,7 @@ static void take_factors(mtl *m, const char *word, const char *value, qw_factor_
 
 /* ---- maps */
 
+/* The number of the image of that path, which is read if it is new. */
 static uint32_t image_at(mtl *m, const char *path)
 {
     qw_material_list *l = &m->list;
@@ -228,6 +229,7 @@ static void take_line(mtl *m, char *word, char *value)
         m->now->emission[0] = m->now->emission[1] = m->now->emission[2] = 1;
 }
 
+/* Reads an MTL file line by line; one that cannot be read is told of. */
 static void read_library(mtl *m, const char *name)
 {
     qw_bytes bytes = read_or_note(m, beside(m, name));

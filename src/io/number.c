@@ -203,6 +203,7 @@ static bool read_special(const char **at, double *value)
     return true;
 }
 
+/* The exponent at *at, which moves behind it; 0, and *at stays, where there is none. */
 static int64_t read_exponent(const char **at)
 {
     const char *p = *at;

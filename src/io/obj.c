@@ -310,6 +310,8 @@ static void read_plain_corners(obj *o)
     o->text.at = at;
 }
 
+/* The corners of an "f" line, counted from the end where below 0. Indices beyond the vertices so far are checked
+   at the end of the file. */
 static void read_face(obj *o)
 {
     qw_text *t = &o->text;

@@ -58,6 +58,7 @@ static void check_counts(const qw_text *t, const header *h, uint64_t vertex_byte
                      h->vertices, h->faces, left);
 }
 
+/* Which kind of OFF file it is and, of text, how many vertices and faces it has. */
 static header read_header(qw_text *t)
 {
     header h = {0};
@@ -96,6 +97,7 @@ typedef struct off_colours {
     bool are_bytes, have_alpha, are_broken;
 } off_colours;
 
+/* The rest of a vertex's line: a normal, which is skipped, and a colour of three or four numbers. */
 static void take_colour(qw_text *t, const header *h, off_colours *c, int64_t v)
 {
     double value[7];
@@ -122,6 +124,7 @@ static void add_colours(qw_env *env, qw_soup *s, off_colours *c)
     a->values = c->value, a->storage = QW_UINT8;
 }
 
+/* The vertices of a text file, with colours where the header has them. */
 static void read_vertices(qw_text *t, qw_builder *b, const header *h, off_colours *c)
 {
     if (h->colour) c->value = QW_NEW(t->env, float, 4 * (size_t)h->vertices);
@@ -137,6 +140,7 @@ static void read_vertices(qw_text *t, qw_builder *b, const header *h, off_colour
     }
 }
 
+/* The faces of a text file; fails at corners that are no vertices. */
 static void read_faces(qw_text *t, qw_builder *b, const header *h)
 {
     for (int64_t f = 0; f < h->faces; f++) {
@@ -255,6 +259,7 @@ static binary find_form(binary s, size_t stride)
     return s;
 }
 
+/* The surface of a binary file, of whichever of the forms in use its length and counts fit. */
 static qw_soup read_binary(qw_text *t, qw_bytes bytes, header h)
 {
     qw_text_next_line(t);

@@ -65,6 +65,7 @@ typedef struct ply {
 
 /* ---- header */
 
+/* The type that a word of the header names. */
 static type find_type(qw_word word)
 {
     static const struct {
@@ -87,6 +88,7 @@ static type read_type(qw_text *t)
     return found;
 }
 
+/* The line "format": text or binary, and the order of bytes. */
 static void read_format(ply *p)
 {
     qw_text *t = &p->text, before;
@@ -100,6 +102,7 @@ static void read_format(ply *p)
     p->has_format = true;
 }
 
+/* A line "element": its name and count; vertices and faces are counted. */
 static void read_element(ply *p)
 {
     qw_text *t = &p->text;
@@ -182,6 +185,7 @@ static void read_header(ply *p)
     qw_text_next_line(t);
 }
 
+/* Fails where the header lacks vertices, faces, coordinates or lists of indices. */
 static void check_header(const ply *p)
 {
     static const char axes[] = "xyz";
@@ -208,6 +212,7 @@ static _Noreturn void fail_in_body(const ply *p, qw_status status, const char *w
             p->index, what);
 }
 
+/* The next number of the body, of a property of that type. */
 static double next_value(ply *p, const property *q, type value_type)
 {
     qw_text *t = &p->text;
@@ -260,6 +265,7 @@ static void read_face_list(ply *p, const property *q)
     qw_build_face(&p->build);
 }
 
+/* The triangles of a list of strips; -1 ends one. */
 static void read_strips(ply *p, const property *q)
 {
     int64_t length = read_length(p, q);
@@ -294,6 +300,7 @@ static void carry_value(ply *p, property *q, double value)
     q->value[at] = (float)value;
 }
 
+/* Texture coordinates of the corners of the face that was read last; a list of another length breaks the property. */
 static void read_texture(ply *p, property *q)
 {
     const qw_soup *s = &p->build.soup;
@@ -420,6 +427,7 @@ static void read_plain(ply *p)
     else read_plain_triangles(p);
 }
 
+/* Reads the items of all elements in their order. */
 static void read_body(ply *p)
 {
     for (p->element = p->elements; p->element < p->elements + p->element_count; p->element++) {
@@ -506,6 +514,7 @@ static void add_sets(ply *p, qw_soup *s, const element *e)
     }
 }
 
+/* Makes attributes of all properties of vertices and faces that were read whole. */
 static void add_attributes(ply *p, qw_soup *s)
 {
     for (const element *e = p->elements; e < p->elements + p->element_count; e++) {
@@ -523,6 +532,7 @@ static void add_attributes(ply *p, qw_soup *s)
     }
 }
 
+/* A PLY file as a surface, or as points. */
 static qw_soup read_ply(qw_env *env, const char *name, qw_bytes bytes, bool points)
 {
     ply p = {.env = env, .name = name, .begin = bytes.at, .vertex_count = -1, .points = points};

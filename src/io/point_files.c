@@ -37,6 +37,7 @@ typedef struct columns {
     bool has_other_names; /* and none of the coordinates */
 } columns;
 
+/* What a column of that name holds; ROLES: nothing that is read. */
 static role role_named(qw_word word)
 {
     static const char *const names[][4] = {{"x", "east", "easting"},
@@ -152,6 +153,7 @@ static bool read_number(const list *l, qw_word cell, double *value)
     return begins_number(cell) && qw_number_read(&at, value) && at == cell.at + cell.size;
 }
 
+/* Whether commas of this line stand in numbers, as in 1,5, or between them. */
 static void begin_line(list *l)
 {
     const qw_text *t = &l->text;
@@ -200,6 +202,7 @@ static void take_names(const list *l, columns *c)
     c->has_other_names = !has_all && !is_comment && cells > 2;
 }
 
+/* The point of a line, by the columns of the header; the rest of its numbers for normals and colours. */
 static void take_point(list *l, qw_builder *b)
 {
     columns *c = &l->columns;
@@ -305,6 +308,7 @@ typedef struct pcd {
 
 bool qw_is_pcd(qw_bytes bytes) { return strncmp(bytes.at, "# .PCD", 6) == 0 || strncmp(bytes.at, "VERSION ", 8) == 0; }
 
+/* The line FIELDS of a PCD file: which field is which coordinate, normal or colour. */
 static void read_fields(pcd *p)
 {
     for (int r = 0; r < ROLES; r++) p->of[r] = -1; /* of a line FIELDS before this one */
@@ -359,6 +363,7 @@ static void read_pcd_header(pcd *p)
     if (p->points < 0) qw_text_fail(t, QW_FORMAT_SYNTAX, -1, "the number of points is negative");
 }
 
+/* A field of a binary point as a number; NaN for a type that there is not. */
 static double value_of(const pcd *p, const char *at, int field)
 {
     int size = (int)p->size[field], shift = 64 - 8 * size;
@@ -381,6 +386,7 @@ static void add_point(const pcd *p, qw_builder *b, columns *c, double *row, uint
     take_row(p->env, c, row);
 }
 
+/* The points of a binary PCD file, one record each. */
 static void read_binary_points(pcd *p, qw_builder *b, columns *c)
 {
     int64_t offset[MOST_FIELDS], stride = 0;
@@ -409,6 +415,7 @@ static uint32_t packed_bits(const pcd *p, double value)
     return bits;
 }
 
+/* The points of a text PCD file, one line each. */
 static void read_text_points(pcd *p, qw_builder *b, columns *c)
 {
     for (int64_t i = 0; i < p->points; i++) {

@@ -57,6 +57,7 @@ static qw_soup read_any(qw_env *env, const char *name, const char *path, qw_byte
     fail_unknown(env, name, stranger(bytes));
 }
 
+/* Lets a soup and all it points at live on as the scope of reading ends. */
 static qw_soup keep(qw_env *env, qw_soup soup)
 {
     qw_keep(env, soup.position);

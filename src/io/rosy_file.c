@@ -34,6 +34,7 @@ static int64_t read_count(qw_text *t, const char *wanted)
     return qw_text_integer(t, wanted);
 }
 
+/* The number of elements; fails unless there are four directions each and the file is long enough. */
 static void read_header(qw_text *t, qw_rosy *r)
 {
     int64_t count = read_count(t, "the number of elements"), directions = read_count(t, "the number of directions, 4,");

@@ -44,6 +44,7 @@ static void put_real(step *s, double x)
     if (!has_point) qw_pen_text(&s->pen, ".");
 }
 
+/* The header of a STEP file, its product, units in millimetres, and its tolerance. */
 static void put_head(step *s)
 {
     qw_pen_text(&s->pen, "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION(('limit surface of quads'),'2;1');\n"
@@ -89,6 +90,7 @@ static void put_points(step *s)
         qw_pen_print(&s->pen, "#%u=VERTEX_POINT('',#%u);\n", s->next++, s->points + v);
 }
 
+/* The edges of single patches: cubic curves, then the edges on them. */
 static void put_edges(step *s)
 {
     uint32_t curves = s->next;
@@ -164,6 +166,7 @@ static void put_circle(step *s, uint32_t e, const qw_patch_surface *about)
     s->next++;
 }
 
+/* The edges of blocks: circles where they are arcs, else splines; then the edges on them. */
 static void put_long_edges(step *s)
 {
     const qw_patch_blocks *b = s->p->blocks;
@@ -202,6 +205,7 @@ static void put_loop(step *s, uint32_t surface, const uint32_t side[4], const ui
     flush(s);
 }
 
+/* The surface of block f, a bicubic spline, and the face on it. */
 static void put_block(step *s, uint32_t f)
 {
     const qw_patch_blocks *b = s->p->blocks;
@@ -265,6 +269,7 @@ static void put_blocks(step *s)
 
 /* ---- a face a quad */
 
+/* The surface of a single patch, a bicubic spline of sixteen points, and the face on it. */
 static void put_face(step *s, uint32_t f)
 {
     uint32_t surface = s->next;

@@ -179,6 +179,7 @@ static double squared_distance(const double *a, const double *b)
     return sum;
 }
 
+/* A binary facet: normal and three corners in single precision. */
 static void put_facet(qw_file *file, const double *const p[3])
 {
     double u[3], v[3], value[12];

@@ -68,6 +68,7 @@ bool qw_text_find_line(qw_text *t)
     return true;
 }
 
+/* Whether a word ends here: at white space, a comment, a line that is continued, or the end of the text. */
 static bool ends_word(const qw_text *t, const char *at)
 {
     switch (*at) {

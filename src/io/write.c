@@ -97,6 +97,7 @@ static char *put_face_begin(const writer *w, char *at, uint32_t size)
     return at;
 }
 
+/* Writes corners begin .. end of all faces at `at`, with what stands before and behind a face. Returns the end. */
 static char *put_corners(const writer *w, char *at, uint32_t begin, uint32_t end)
 {
     const uint32_t *corners = w->mesh->corners;
@@ -153,6 +154,8 @@ static void put_elements(const writer *w, element_printer print, uint32_t count,
     qw_free(w->env, b.bytes);
 }
 
+/* For each block of corners the face and the corner of it with which it begins, so that blocks are written side by
+   side. */
 static const place *find_starts(qw_env *env, const qw_mesh_view *mesh, uint32_t corner_count)
 {
     place *start = QW_NEW(env, place, qw_block_count(corner_count, CORNER_GRAIN));
@@ -187,6 +190,7 @@ static void put_header(const writer *w)
     qw_file_put(w->file, header, (size_t)size);
 }
 
+/* Writes header, vertices and faces, in blocks on all threads. */
 static void put_mesh(writer *w)
 {
     const qw_mesh_view *mesh = w->mesh;

@@ -127,6 +127,7 @@ static uint32_t *put_rows(output *o, const qw_attribute *a, const char *word)
     return row;
 }
 
+/* Writes o, g, usemtl and s lines where face f has another label than those in force. */
 static void put_labels(output *o, uint32_t f, int32_t *in_force)
 {
     static const char *const names[4][2] = {

@@ -23,6 +23,8 @@ static uint32_t other_side(const folding *w, uint32_t e, uint32_t h)
     return w->side[2 * e] == h ? w->side[2 * e + 1] : w->side[2 * e];
 }
 
+/* Whether the two triangles at edge e can go, so that their other edges become one in pairs and no triangle meets
+   itself. */
 static bool can_fold(const folding *w, uint32_t e)
 {
     assert(e < w->fine->edge_count);
@@ -67,6 +69,7 @@ static void fold_triangle(folding *w, uint32_t s)
 
 static bool is_regular(const qw_complex *c, uint32_t f) { return qw_int2_is_zero(qw_complex_residual(c, f)); }
 
+/* Folds all edges of zero length between regular triangles that do not touch one another; how many. */
 static uint32_t fold_zero_edges(folding *w)
 {
     uint32_t folded = 0;
@@ -83,6 +86,8 @@ static uint32_t fold_zero_edges(folding *w)
     return folded;
 }
 
+/* The complex that is left once edges were folded, in new arrays; map.edge leads from each old edge to its new
+   one. */
 static void pack(qw_env *env, const folding *w, uint32_t folded, qw_complex *coarse)
 {
     const qw_complex *fine = w->fine;

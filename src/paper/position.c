@@ -31,6 +31,8 @@ static qw_vec3 keep_on_curve(const qw_level *level, uint32_t v, qw_vec3 p)
     return p;
 }
 
+/* The new position of vertex v: the mean of the lattice points of its neighbours nearest to its own, in its
+   tangent plane or on its curve (paper, Section 3.1). */
 static void update_position(void *user, uint32_t v)
 {
     const position_level *s = user;

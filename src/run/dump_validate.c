@@ -27,6 +27,7 @@ static bool is_positive(double x) { return x > 0 && isfinite(x); }
 
 /* ---- the input, and how the run came about */
 
+/* Fails where the report of a dump is not one that this library could have written. */
 static void validate_report(qw_context_state *c)
 {
     REQUIRE(c,

@@ -39,6 +39,7 @@ static void deactivate_first(trees *t)
     if (++t->begin == t->g.node_count) t->begin = 0;
 }
 
+/* The trees of a flow: each node with an excess or a lack is the root of one. */
 static void trees_begin(trees *t, qw_env *env, const qw_flow_problem *problem, const int32_t *flow)
 {
     *t = (trees){.g = qw_residual_create(env, problem, flow)};
@@ -158,6 +159,7 @@ static uint32_t find_parent(trees *t, uint32_t v, uint32_t *depth)
     return best;
 }
 
+/* Takes v out of its tree; its children lose their parent, and neighbours that may take it back are active. */
 static void set_free(trees *t, uint32_t v)
 {
     qw_residual *g = &t->g;
@@ -171,6 +173,7 @@ static void set_free(trees *t, uint32_t v)
     }
 }
 
+/* Finds a new parent in the same tree for every orphan; one that has none is set free. */
 static void adopt(trees *t)
 {
     for (uint32_t i = 0; i < t->orphan_count; i++) {

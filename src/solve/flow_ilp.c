@@ -175,6 +175,7 @@ static bool call(program *p)
     return true;
 }
 
+/* What a flow costs, and how much of the supply it meets. */
 static qw_flow_result sum_up(qw_env *env, const qw_flow_problem *problem, const int32_t *flow)
 {
     qw_flow_result result = {0};

@@ -141,6 +141,7 @@ static void leave(forest *f, uint32_t v)
     }
 }
 
+/* Finds a new parent for every orphan; one that has none leaves the forest and waits to be reached again. */
 static void adopt(forest *f)
 {
     uint32_t left = 0;
@@ -166,6 +167,7 @@ static void flow_of(const qw_flow_problem *p, const int64_t *potential, int32_t 
         flow[a] = p->cost[a] + potential[p->tail[a]] - potential[p->head[a]] < 0 ? p->capacity[a] : 0;
 }
 
+/* A forest whose roots are the nodes with an excess, labelled by their potentials, and what these reach. */
 static void forest_begin(forest *f, qw_env *env, const qw_flow_problem *problem, const int32_t *flow,
                          const int64_t *potential)
 {

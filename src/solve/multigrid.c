@@ -96,6 +96,7 @@ static void restrict_task(void *user, uint32_t begin, uint32_t end)
 
 static void sweep_task(void *user, uint32_t begin, uint32_t end) { sweep_forward(user, begin, end); }
 
+/* Adds the correction of the coarser grid to y of this one. */
 static void prolong_task(void *user, uint32_t begin, uint32_t end)
 {
     qw_grid *l = user;

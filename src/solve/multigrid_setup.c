@@ -61,6 +61,7 @@ typedef struct coarsening {
     double *row;    /* double[PARTS * c->n] */
 } coarsening;
 
+/* Rows begin .. end of the coarser matrix, into the part's own stretch of the arrays. */
 static void coarse_task(void *user, uint32_t begin, uint32_t end)
 {
     coarsening *w = user;
@@ -94,6 +95,7 @@ static void close_gaps(coarsening *w, uint32_t parts)
     w->first[w->c->n] = at;
 }
 
+/* The matrix of the coarser grid c, by groups of unknowns of l; in parts side by side, whose gaps are closed then. */
 static void make_coarse(qw_env *env, const qw_grid *l, qw_grid *c)
 {
     uint32_t entries = l->first[l->n], parts = c->n < SPLIT ? 1 : PARTS;

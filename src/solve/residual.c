@@ -7,6 +7,7 @@ static bool is_used(const qw_flow_problem *problem, uint32_t arc)
     return problem->capacity[arc] > 0 && problem->tail[arc] != problem->head[arc];
 }
 
+/* What each node has too much of, with this flow, or lacks. */
 static void set_excess(qw_residual *g, const qw_flow_problem *problem, const int32_t *flow)
 {
     for (uint32_t v = 0; v < g->node_count; v++)

@@ -219,6 +219,7 @@ static bool has_room(const taking *t, const qw_vec3 *point, uint32_t count)
            is_free(t, point, count, edges);
 }
 
+/* Takes the loops of guides, then joints where the run follows motion and there is room beside them. */
 static void take_joints(taking *t)
 {
     const qw_steering *s = &t->run->steering;
@@ -239,6 +240,7 @@ static void take_joints(taking *t)
         }
 }
 
+/* Takes the necks that were found, if they are whole or end at the plane, and nothing taken is near. */
 static void take_necks(taking *t, const qw_necks *found)
 {
     for (uint32_t i = 0; i < found->count; i++) {

@@ -25,6 +25,7 @@ static const idle_rule rules[] = {
     {"region_rim", NULL, NULL, false, "a region"},
 };
 
+/* Whether an option was set but does nothing, by this rule. */
 static bool is_idle(const qw_run_state *run, const idle_rule *rule)
 {
     qw_options initial;

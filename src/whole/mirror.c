@@ -339,6 +339,7 @@ static double height_of(const folding *f, uint32_t point)
     return fabs(height) * f->frame->scale > QW_IN_PLANE ? height : 0;
 }
 
+/* Adds the reflection of a guide, unless the other side has it already. */
 static void reflect_guide(folding *f, uint32_t guide)
 {
     bool is_drawn = f->drawn != NULL;

@@ -70,6 +70,7 @@ static void add_segment(segments *s, float near, const double *p, const double *
     s->mirrored_to[s->count++] = reflected_in_frame(s->run, s->plane, q);
 }
 
+/* Whether the reflection of every segment lies near some segment, at both ends and in the middle. */
 static bool are_alike(const segments *s)
 {
     if (s->count == 0) return true;
@@ -85,6 +86,7 @@ static bool are_alike(const segments *s)
     return true;
 }
 
+/* Whether the guides are those of a symmetric surface. */
 static bool guides_are_alike(const qw_run_state *run, const qw_mirror_plane *plane)
 {
     const qw_steering *st = run->whole.steering;
@@ -98,6 +100,7 @@ static bool guides_are_alike(const qw_run_state *run, const qw_mirror_plane *pla
     return are_alike(&s);
 }
 
+/* Whether painted densities are the same on both sides, by the mean of their differences. */
 static bool densities_are_alike(const qw_run_state *run, const qw_mirror_plane *plane)
 {
     const qw_trimesh *m = &run->whole.clean.mesh;
@@ -119,6 +122,7 @@ static bool densities_are_alike(const qw_run_state *run, const qw_mirror_plane *
     return off <= DENSITY_ALIKE * all;
 }
 
+/* Whether the surface is stretched alike on both sides, by the mean difference of the directions. */
 static bool motions_are_alike(const qw_run_state *run, const qw_mirror_plane *plane)
 {
     const qw_clean *clean = &run->whole.clean;

@@ -354,6 +354,8 @@ typedef struct beginning {
 } beginning;
 enum { ALL_BEGINNINGS = 3 + BEGINNINGS };
 
+/* The planes from which the search begins: through the centre, across the axis that is asked for, or all axes of
+   space and of the points. */
 static uint32_t begin_all(plane_search *s, int axis, beginning *all)
 {
     double m[3][3] = {{0}}, principal[3][3];

@@ -33,6 +33,7 @@ typedef struct corners {
     uint32_t all, on, components;
 } corners;
 
+/* How many corners of curves there are, how many of them lie on the plane, and how many components have any. */
 static corners count_corners(const qw_run_state *run, const qw_census *census, const qw_trimesh *m, float edge,
                              const qw_mirror_plane *plane)
 {

@@ -251,6 +251,7 @@ static qw_bytes open_glb(qw_gltf_document *d, qw_bytes file)
     return json;
 }
 
+/* Fails unless the JSON is glTF of version 2. */
 static void check_asset(const qw_gltf_document *d)
 {
     const qw_json_doc *j = &d->json;
@@ -264,6 +265,7 @@ static void check_asset(const qw_gltf_document *d)
                 version ? version : "(none)");
 }
 
+/* Fails where meshes are compressed by an extension that is not read. */
 static void check_extensions(const qw_gltf_document *d)
 {
     static const char *const packed[] = {"KHR_draco_mesh_compression", "EXT_meshopt_compression",
@@ -295,6 +297,7 @@ static void warn_of_bytes(const qw_gltf_document *d, qw_bytes json)
                d->name, count);
 }
 
+/* The tokens of all meshes, nodes, accessors and so on; fails where a list is none, or holds what is no object. */
 static void find_lists(qw_gltf_document *d)
 {
     const qw_json_doc *j = &d->json;
@@ -316,6 +319,7 @@ static void find_lists(qw_gltf_document *d)
 
 /* ---- buffers and views */
 
+/* The bytes of buffer i: of the GLB chunk, a data URI or a file beside; fails where they are fewer than announced. */
 static void open_buffer(qw_gltf_document *d, uint32_t i)
 {
     uint32_t t = d->list[QW_GLTF_BUFFERS][i];
@@ -342,6 +346,7 @@ static void open_buffer(qw_gltf_document *d, uint32_t i)
     d->buffer[i] = (qw_gltf_view){bytes.at, (size_t)size, 0};
 }
 
+/* View i as bytes of its buffer; fails where it reaches beyond the end. */
 static void open_view(qw_gltf_document *d, uint32_t i)
 {
     uint32_t t = d->list[QW_GLTF_VIEWS][i];
@@ -365,6 +370,7 @@ static uint32_t size_of_type(uint32_t type)
     return type < QW_GLTF_INT8 || type > QW_GLTF_FLOAT32 ? 0 : size[type - QW_GLTF_INT8];
 }
 
+/* Numbers of an element of accessor i by its type, and whether they are a matrix. */
 static uint32_t read_components(const qw_gltf_document *d, uint32_t object, uint32_t i, bool *is_matrix)
 {
     static const struct {
@@ -410,6 +416,8 @@ static uint32_t size_of_element(const qw_gltf_accessor *a)
     return rows * ((rows * size + 3) / 4 * 4);
 }
 
+/* What replaces some elements of accessor i, if it is sparse; fails where indices or values reach beyond their
+   views. */
 static void open_sparse(qw_gltf_document *d, uint32_t i, uint32_t object)
 {
     qw_gltf_accessor *a = &d->accessor[i];
@@ -432,6 +440,7 @@ static void open_sparse(qw_gltf_document *d, uint32_t i, uint32_t object)
     a->indices_offset = (size_t)first_index, a->values_offset = (size_t)first_value;
 }
 
+/* Type, count, view and stride of accessor i; fails where it reaches beyond its view. */
 static void open_accessor(qw_gltf_document *d, uint32_t i)
 {
     uint32_t t = d->list[QW_GLTF_ACCESSORS][i];
@@ -487,6 +496,7 @@ void qw_gltf_list_files(qw_env *env, const char *name, const char *path, qw_byte
 
 /* ---- values */
 
+/* A component as a number; of normalised integers from -1 or 0 to 1. */
 static float fetch(const char *at, uint32_t type, bool is_normalised)
 {
     uint64_t bits = qw_fetch_bits(at, (int)size_of_type(type), false);
@@ -514,6 +524,7 @@ static void fetch_element(const qw_gltf_accessor *a, const char *at, float *out)
     }
 }
 
+/* Writes the elements that a sparse accessor replaces into its values. */
 static void put_sparse(const qw_gltf_document *d, uint32_t i)
 {
     const qw_gltf_accessor *a = &d->accessor[i];

@@ -233,6 +233,7 @@ typedef struct bounds {
     float least[3], most[3];
 } bounds;
 
+/* The least and the most of positions, as members of an accessor, into `text`. */
 static void put_bounds(char *text, size_t size, const bounds *b)
 {
     size_t at = 0;
@@ -298,6 +299,7 @@ static void turn_normal(const double *m, const float v[3], float out[3])
 
 /* ---- attributes of one object */
 
+/* Writes an attribute of the vertices of a primitive into a view with an accessor, and names it in the primitive. */
 static void put_stream(qw_gltf_writer *w, const qw_gltf_object *o, const qw_gltf_stream *s)
 {
     const qw_attribute *a = s->of;
@@ -341,6 +343,7 @@ static float influence(const qw_gltf_writer *w, const qw_gltf_object *o, uint32_
     return sum > 0 ? weight / sum : k == 0;
 }
 
+/* The same of four bones of each vertex, from the set-th four on: their weights, or which they are. */
 static void put_influences(qw_gltf_writer *w, const qw_gltf_object *o, uint32_t set, bool weights)
 {
     int size = o->joint_count <= 256 ? 1 : 2;
@@ -398,6 +401,7 @@ static uint32_t first_corner(const qw_gltf_writer *w, uint32_t f, uint32_t taken
     return w->copy[begin] == taken ? step : 0;
 }
 
+/* The triangles of faces from .. to, as fans that tell polygons apart (FB_ngon_encoding). Returns the accessor. */
 static uint32_t put_indices(qw_gltf_writer *w, uint32_t from, uint32_t to)
 {
     int size = w->copies - w->first_copy <= UINT16_MAX ? 2 : 4;

@@ -13,6 +13,7 @@
 
 /* ---- joining vertices */
 
+/* A hash of all by which is_same_vertex tells vertices apart. */
 static uint64_t hash_vertex(const qw_gltf_surface *s, uint32_t v)
 {
     uint64_t h = s->owner[v] ^ qw_hash_place(s->build.soup.position + 3 * (size_t)v);
@@ -31,6 +32,7 @@ typedef struct wanted_vertex {
     uint32_t v;
 } wanted_vertex;
 
+/* Whether two vertices of one object lie at one place and have the same bones and morph targets. */
 static bool is_same_vertex(const void *wanted, uint32_t w)
 {
     const qw_gltf_surface *s = ((const wanted_vertex *)wanted)->s;
@@ -67,6 +69,8 @@ typedef struct joining {
     uint32_t read, left, corners;
 } joining;
 
+/* Makes vertices that are the same one, in positions and corners; returns which became which, for their
+   attributes. */
 static joining join_vertices(qw_gltf_surface *s)
 {
     qw_env *env = s->d->env;
@@ -96,6 +100,8 @@ static bool goes_by_vertices(const qw_gltf_channel *c, const joining *j)
     return true;
 }
 
+/* Makes an attribute of a channel, of vertices where all corners of each agree, else of corners; a broken one is
+   left out. */
 static void finish_channel(qw_gltf_surface *s, qw_soup *soup, qw_gltf_channel *c, const joining *j)
 {
     qw_env *env = s->d->env;
@@ -150,6 +156,8 @@ static void add_labels(qw_gltf_surface *s, qw_soup *soup, const char *name, int3
     a->labels = labels, a->label_names = names, a->label_count = count;
 }
 
+/* Makes the attribute "weights" of bones, of the vertices that are left, with the names of the joints of all
+   skins. */
 static void add_weights(qw_gltf_surface *s, qw_soup *soup, const joining *j, uint32_t joints)
 {
     const qw_gltf_document *d = s->d;
@@ -179,6 +187,7 @@ static bool is_first_of_kind(const char *name)
     return strcmp(name, "uv") == 0 || strcmp(name, "color") == 0 || strcmp(name, "normal") == 0;
 }
 
+/* Makes attributes of all that was read: channels, weights, and labels of objects and materials. */
 static void finish_attributes(qw_gltf_surface *s, qw_soup *soup, const joining *j, qw_gltf_object *objects,
                               uint32_t count, uint32_t joints)
 {

@@ -110,6 +110,7 @@ static void need_view(pass *p, uint32_t object, qw_gltf_list list, uint32_t i)
     if (v != QW_NONE) p->patch[qw_json_member(&p->d->json, object, "bufferView")] = keep_view(p, v);
 }
 
+/* Lists the accessors that skins and animations need, and the views that these lie in. */
 static void find_needed_accessors(pass *p)
 {
     qw_gltf_document *d = p->d;
@@ -165,6 +166,7 @@ static void find_images(pass *p)
     }
 }
 
+/* The images as they were; those that came from files of their own now lie in views. */
 static void put_images(pass *p)
 {
     static const char *const place[] = {"uri", "bufferView", "mimeType", NULL};
@@ -202,6 +204,7 @@ static void put_view(pass *p, qw_bytes bytes, uint32_t stride)
     qw_pen_put(&p->bytes, bytes.at, bytes.size);
 }
 
+/* The views and accessors that are kept, as text in their new order. */
 static void put_views(pass *p)
 {
     const qw_gltf_document *d = p->d;
@@ -249,6 +252,7 @@ static void put_scene(pass *p)
     qw_free(d->env, is_child);
 }
 
+/* All members of the document that no mesh belongs to, with a scene and the images. */
 static void put_head(pass *p)
 {
     static const char *const own[] = {"asset", "accessors",      "bufferViews",        "buffers", "meshes", "images",
@@ -307,6 +311,7 @@ static void put_nodes(pass *p)
     p->rest->nodes_end = piece;
 }
 
+/* What a mesh says besides its primitives, for each object that has that mesh. */
 static void put_mesh_heads(pass *p)
 {
     static const char *const own[] = {"primitives", NULL};

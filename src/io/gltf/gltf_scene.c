@@ -66,6 +66,7 @@ static bool read_numbers(const qw_gltf_document *d, uint32_t node, const char *m
     return true;
 }
 
+/* The map of a node into its parent: its matrix, or that of translation, rotation and scale. */
 static qw_gltf_map read_map(const qw_gltf_document *d, uint32_t node)
 {
     double by_columns[16], t[3] = {0, 0, 0}, r[4] = {0, 0, 0, 1}, s[3] = {1, 1, 1};
@@ -191,6 +192,7 @@ static uint32_t *count_joints(const qw_gltf_document *d)
 
 /* ---- objects */
 
+/* The map of an object's vertices into the scene, and back; one that flattens the mesh is taken for the identity. */
 static void settle_object(scene *s, qw_gltf_object *o, uint32_t skin, const uint32_t *joint_begin, qw_gltf_map *map)
 {
     *map = s->map[o->node];

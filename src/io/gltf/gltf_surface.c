@@ -89,6 +89,8 @@ static uint32_t channel_named(const qw_gltf_surface *s, const char *name)
     return QW_NONE;
 }
 
+/* The number of the channel of that name, a new one if there is none, with as many components as are asked for at
+   least. */
 static uint32_t plan_channel(qw_gltf_surface *s, const char *name, qw_attribute_kind kind, uint32_t components,
                              float missing, bool is_of_vertex)
 {
@@ -107,6 +109,7 @@ static uint32_t plan_channel(qw_gltf_surface *s, const char *name, qw_attribute_
     return i;
 }
 
+/* The most morph targets that a primitive of the mesh has. */
 static uint32_t count_targets(const qw_gltf_surface *s, uint32_t mesh, uint32_t primitives)
 {
     const qw_json_doc *j = &s->d->json;
@@ -142,6 +145,7 @@ static void plan_targets(qw_gltf_surface *s, uint32_t mesh, uint32_t primitives)
     }
 }
 
+/* Plans channels for all attributes of a primitive that are read, and counts the bones of a vertex. */
 static void plan_primitive(qw_gltf_surface *s, uint32_t primitive, uint32_t mesh)
 {
     const qw_json_doc *j = &s->d->json;
@@ -208,6 +212,7 @@ static feed feed_of(primitive *p, uint32_t accessor, const char *name)
     return (feed){qw_gltf_values(d, accessor), a->components};
 }
 
+/* Finds the positions of a primitive and what feeds each channel, joints and weights. */
 static void open_attributes(primitive *p)
 {
     const qw_json_doc *j = &p->s->d->json;
@@ -230,6 +235,7 @@ static void open_attributes(primitive *p)
     }
 }
 
+/* The same of its morph targets. */
 static void open_targets(primitive *p)
 {
     const qw_json_doc *j = &p->s->d->json;
@@ -268,6 +274,8 @@ static void turn_normal(const qw_gltf_object *o, const float v[3], float out[3])
     for (int i = 0; i < 3; i++) out[i] = length > 0 && isfinite(length) ? (float)(n[i] / length) : 0;
 }
 
+/* Writes a vertex of a channel from element `at` of its feed: turned, mapped into the scene, missing ones filled
+   in. */
 static void take_values(primitive *p, qw_gltf_channel *c, const feed *f, uint32_t vertex, uint32_t at)
 {
     if (vertex >= c->capacity)
@@ -281,6 +289,7 @@ static void take_values(primitive *p, qw_gltf_channel *c, const feed *f, uint32_
     for (uint32_t k = 0; k < c->components; k++) c->is_broken |= !isfinite(out[k]);
 }
 
+/* Writes bones and weights of a vertex; fails where a weight is no number or a joint is none of the skin. */
 static void take_influences(primitive *p, uint32_t vertex, uint32_t at)
 {
     qw_gltf_surface *s = p->s;
@@ -304,6 +313,7 @@ static void take_influences(primitive *p, uint32_t vertex, uint32_t at)
     }
 }
 
+/* The vertex of element `at` of the primitive, made with all its channels where it is new. */
 static uint32_t take_vertex(primitive *p, uint32_t at)
 {
     qw_gltf_surface *s = p->s;
@@ -401,6 +411,7 @@ static void begin_stamps(qw_gltf_surface *s, uint32_t vertices)
     s->stamps++;
 }
 
+/* Reads the faces of a primitive; points and lines are only counted. */
 static void take_primitive(primitive *p)
 {
     qw_gltf_document *d = p->s->d;

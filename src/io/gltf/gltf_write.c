@@ -100,6 +100,7 @@ static void put_rest(const qw_gltf_writer *w, qw_pen *out, const char *extension
     qw_pen_print(out, "\"buffers\":[{\"byteLength\":%zu", w->bytes.size);
 }
 
+/* The JSON up to the accessors: of the document that the input came from, or a new one. */
 static qw_pen put_document(const qw_gltf_writer *w, const uint32_t *first_face)
 {
     const qw_gltf_rest *r = w->rest;
@@ -120,6 +121,7 @@ static qw_pen put_document(const qw_gltf_writer *w, const uint32_t *first_face)
 
 /* ---- the file */
 
+/* Writes header, JSON and bytes as GLB; fails beyond what that can hold. */
 static void put_glb(qw_gltf_writer *w, qw_file *file, qw_pen *json)
 {
     qw_pen_text(json, "}]}");
@@ -141,6 +143,7 @@ static void put_glb(qw_gltf_writer *w, qw_file *file, qw_pen *json)
     qw_file_put(file, w->bytes.at, w->bytes.size);
 }
 
+/* Writes bytes as base64, filled up with "=". */
 static void put_base64(qw_file *file, const char *bytes, size_t size)
 {
     static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -194,6 +197,8 @@ static void begin_pictures(qw_gltf_writer *w, const qw_gltf_rest *pictures)
     w->pictures = pictures, w->view_count = pictures->view_count, w->material_count = pictures->material_count;
 }
 
+/* Makes room for the copies of vertices, takes over what is kept of the input, and orders the faces by object and
+   material. */
 static void begin_writer(qw_gltf_writer *w)
 {
     const qw_mesh_view *m = w->mesh;
@@ -246,6 +251,7 @@ void qw_put_gltf(qw_env *env, qw_file *file, bool is_binary, const qw_mesh_view 
 
 /* ---- levels of detail */
 
+/* The JSON of levels of detail: a node for each, of which the first names the others (MSFT_lod). */
 static qw_pen put_levels_document(const qw_gltf_writer *w, uint32_t levels)
 {
     qw_pen out = {.env = w->env};

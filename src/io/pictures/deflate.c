@@ -174,6 +174,7 @@ static void find_codes(huffman *h, uint32_t symbols)
     }
 }
 
+/* How often each code of literals and lengths, and of distances, is used by a part. */
 static void count_tokens(const part *p, uint32_t *literals, uint32_t *distances)
 {
     memset(literals, 0, LITERALS * sizeof *literals), memset(distances, 0, DISTANCES * sizeof *distances);
@@ -205,6 +206,7 @@ static void put_lengths(part *p, const huffman *l, const huffman *d)
     for (uint32_t s = 0; s < DISTANCES; s++) put_bits(p, h.code[d->length[s]], h.length[d->length[s]]);
 }
 
+/* Writes the tokens of a part by these codes, and the end of the block. */
 static void put_tokens(part *p, const huffman *l, const huffman *d)
 {
     for (uint32_t i = 0; i < p->tokens; i++) {
@@ -256,6 +258,8 @@ static uint32_t adler_join(uint32_t first, uint32_t second, size_t size)
     return (uint32_t)(b << 16 | a);
 }
 
+/* Compresses a part of the input into bytes of its own, which end at a whole byte; stored as it is where that is
+   shorter. */
 static void compress(part *p)
 {
     uint32_t literals[LITERALS], distances[DISTANCES];

@@ -16,6 +16,7 @@ typedef struct png {
 
 /* ---- chunks */
 
+/* The checksum of PNG's chunks, half a byte at a time. */
 static uint32_t crc(const char *bytes, size_t size)
 {
     static const uint32_t nibble[16] = {0x00000000, 0x1db71064, 0x3b6e20c8, 0x26d930ac, 0x76dc4190, 0x6b6b51f4,
@@ -81,6 +82,7 @@ static uint8_t filtered_byte(const png *p, size_t y, size_t i, int filter)
     return filtered(filter, here, left, up, corner);
 }
 
+/* The filter of row y whose bytes have the least sum, taken as signed. */
 static int choose_filter(const png *p, size_t y)
 {
     uint64_t sum[FILTERS] = {0};

@@ -115,6 +115,7 @@ static bool settle_chart(maker *k, qw_flat *t)
     return simple;
 }
 
+/* Moves chart a to where it was packed and writes its texture coordinates; counts it if it still overlaps itself. */
 static void place_chart(maker *k, uint32_t a)
 {
     qw_flat *t = &k->flat[a];

@@ -85,6 +85,7 @@ static void lay_polygon(layer *k, block *b)
     b->side[0] = b->side[1] = 1;
 }
 
+/* Lists the faces of each block. */
 static void take_blocks(layer *k)
 {
     qw_atlas_mesh *m = k->m;
@@ -228,6 +229,7 @@ static void measure(layer *k, qw_atlas *atlas)
     atlas->packing.scale = 1 / (side * k->room);
 }
 
+/* Writes the texture coordinates of block i where it was packed, turned if need be. quad: side of a quad there. */
 static void write_block(const layer *k, uint32_t i, qw_atlas *atlas, double quad)
 {
     const block *b = &k->block[i];

@@ -44,6 +44,7 @@ static void shape_of(const double *a, const double *b, const double *c, double l
     if (!(rest[2] > 1e-9 * sqrt(vv)) || !(rest[0] > 1e-9 * sqrt(vv))) *area = 0;
 }
 
+/* Cuts the faces into fans of triangles: their corners, shapes at rest and areas, into *t. */
 static void take_triangles(const qw_atlas_mesh *m, const uint32_t *face, uint32_t count, qw_flat *t)
 {
     uint32_t n = 0, at = 0;

@@ -52,6 +52,7 @@ static void push(maker *k, candidate c)
     k->heap[at] = c;
 }
 
+/* Takes the first candidate off the heap. */
 static candidate pop(maker *k)
 {
     candidate first = k->heap[0], last = k->heap[--k->held];
@@ -481,6 +482,7 @@ static void measure(const maker *k, qw_chart *c)
     c->box = size[0] * size[1], c->perimeter = qw_chart_perimeter(k, c);
 }
 
+/* Chart b becomes a part of a, with what it was refused; b is left empty. */
 static void join(maker *k, uint32_t a, uint32_t b)
 {
     qw_chart *to = &k->made.chart[a], *from = &k->made.chart[b];

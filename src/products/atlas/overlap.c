@@ -52,6 +52,7 @@ static span span_of(const cells *c, qw_grid_point a, qw_grid_point b)
                   (uint32_t)((ly - c->y) / c->size), (uint32_t)((hy - c->y) / c->size)};
 }
 
+/* A grid of cells over the segments, about as large as these are long. */
 static cells lay_grid(const qw_grid_point *p, const uint32_t *from, const uint32_t *to, uint32_t count)
 {
     assert(count > 0);

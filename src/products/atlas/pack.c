@@ -605,6 +605,7 @@ static void fit_scale(packer *k, const qw_pack_options *o)
 
 /* ---- all */
 
+/* The area of each piece, and of all. */
 static void measure(packer *k)
 {
     for (uint32_t i = 0; i < k->count; i++) {

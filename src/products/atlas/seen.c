@@ -104,6 +104,7 @@ static uint64_t key_of(const double p[3], double more)
     return (uint64_t)qw_signed_float_key((float)(0.48 * p[0] + 0.6 * p[1] + 0.64 * p[2] + more)) << 32;
 }
 
+/* The vertex nearest to a place, within the tolerance; QW_NONE: none. */
 static uint32_t vertex_at(const matcher *k, const double p[3])
 {
     uint64_t last = key_of(p, k->tolerance) | UINT32_MAX;

@@ -33,6 +33,7 @@ static void require_shape(qw_env *env, const qw_attribute *a, uint32_t i)
                 a->domain == QW_PER_FACE ? "faces" : "corners");
 }
 
+/* Fails where attribute i lacks an array that its kind needs. */
 static void require_arrays(qw_env *env, const qw_attribute *a, uint32_t i)
 {
     bool labels = a->kind == QW_LABELS;
@@ -46,6 +47,7 @@ static void require_arrays(qw_env *env, const qw_attribute *a, uint32_t i)
         if (!a->label_names[k]) qw_fail(env, QW_ARGUMENT, i, "attribute %.80s has no name for label %u", a->name, k);
 }
 
+/* Fails at a label without a name, a value that is not finite, or a weight below 0. */
 static void require_numbers(qw_env *env, const qw_attribute *a)
 {
     for (uint32_t e = 0; e < a->count && a->kind == QW_LABELS && a->label_names; e++)

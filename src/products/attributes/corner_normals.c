@@ -59,6 +59,7 @@ static uint32_t begin_of(const fans *f, uint32_t first)
     return first;
 }
 
+/* Normals of all corners around the vertex of half-edge `first`: one for each sector between sharp edges. */
 static void shade_fan(const fans *f, uint32_t first)
 {
     assert(first < 4 * f->quads->face_count);
@@ -128,6 +129,7 @@ static dvec unit(dvec a)
 
 static const double *place(const gathered *g, uint32_t c) { return g->p->position + 3 * (size_t)g->p->corner[c]; }
 
+/* Next and previous corners of a polygon, its normal, and for each corner a normal weighted by the angle there. */
 static void take_polygon(gathered *g, uint32_t first, uint32_t size)
 {
     assert(first + size <= g->p->corner_count);

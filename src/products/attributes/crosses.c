@@ -66,6 +66,7 @@ typedef struct taking {
     qw_vec3 *taken;
 } taking;
 
+/* The cross of the given field at a point of the source, laid into the plane of `normal`. */
 static qw_vec3 cross_at(const taking *t, const qw_hit *hit, qw_vec3 normal)
 {
     const qw_source *s = t->source;
@@ -79,6 +80,7 @@ static qw_vec3 cross_at(const taking *t, const qw_hit *hit, qw_vec3 normal)
     return laid_down(mean_cross(d, n, hit->weight, facing), facing, normal);
 }
 
+/* The given field's cross at each point of the run's surface; zero where there is nothing near. */
 static void take_block(void *user, uint32_t begin, uint32_t end)
 {
     const taking *t = user;
@@ -165,6 +167,7 @@ typedef struct telling {
     qw_vec3 *told;
 } telling;
 
+/* The run's cross at each element of the input; zero where there is nothing near. */
 static void tell_block(void *user, uint32_t begin, uint32_t end)
 {
     const telling *t = user;

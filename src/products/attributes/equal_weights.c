@@ -65,6 +65,7 @@ static void cross_edge(const double *p, const double *q, double of_p, double of_
     for (int i = 0; i < 3; i++) at[i] = p[i] + share * (q[i] - p[i]);
 }
 
+/* Adds the segment in triangle f along which a bone has half of the weight, if there is one. */
 static void add_step(tracing *t, uint32_t f, const uint32_t corner[3], uint32_t group)
 {
     double share[3];
@@ -177,6 +178,7 @@ static bool is_joint(const tracing *t, const part *parts)
     return t->moves->kind == QW_WEIGHTS ? mean * length > 2 * QW_PI * LEAST_CHANGE : least > ALIKE * most;
 }
 
+/* Joins the steps of each bone to curves and keeps those around joints, as POINTS points and the first again. */
 static void add_curves(tracing *t, qw_equal_weights *made)
 {
     add_steps(t);

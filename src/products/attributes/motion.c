@@ -233,6 +233,7 @@ typedef struct taking {
     qw_vec3 *taken;
 } taking;
 
+/* The direction in which the surface is stretched most by motion at each point, as long as that is much. */
 static void take_block(void *user, uint32_t begin, uint32_t end)
 {
     const taking *t = user;

@@ -119,6 +119,7 @@ static void help_each_other(qw_env *env, origin_search *s)
     qw_free(env, lost);
 }
 
+/* How far from a face and from a vertex the input is sought: the longest edge there. */
 static void set_reach(origin_search *s)
 {
     const qw_quadmesh *q = s->quads;

@@ -114,6 +114,8 @@ static void find_ways(void *user, uint32_t begin, uint32_t end)
     for (uint32_t t = begin; t < end; t++) s->way[t] = way_of(s->input, s->clean, s->clean->source_face[t], t);
 }
 
+/* For each polygon of the input: its component, how far it agrees with the cleaned surface and, of a wrap, which
+   of its sides is seen. */
 static polygon_facts find_facts(qw_env *env, const qw_clean_input *input, const qw_clean *clean,
                                 const uint32_t *component)
 {

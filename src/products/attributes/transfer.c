@@ -79,6 +79,8 @@ static uint32_t gather_pairs(const parcel *p, uint32_t count, pair *pairs)
     return n;
 }
 
+/* Weights of an element as a mean of those of its parcels: the largest, as many as there is room for, their sum
+   one. Whether there are any. */
 static bool blend_weights(carriage *c, size_t element, const parcel *p, uint32_t count)
 {
     pair pairs[MOST_PAIRS];
@@ -331,6 +333,7 @@ static const char *copy_text(qw_env *env, const char *text)
     return memcpy(qw_alloc(env, size, 1), text, size);
 }
 
+/* An attribute of the result like one of the input, with room for its values. */
 static void begin(carriage *c, uint32_t most_weights)
 {
     const qw_attribute *in = c->in;
@@ -390,6 +393,8 @@ static void blend_all(carriage *c, const qw_source_point *points)
     qw_free(c->env, b.dropped);
 }
 
+/* The values of one attribute of the result: blended where its points lie on the input, filled in from neighbours
+   elsewhere. */
 static void carry(carriage *c, uint32_t **neighbour, qw_transfer_report *report)
 {
     const qw_source_point *points = c->out.domain == QW_PER_VERTEX ? c->origins->vertex : c->origins->corner;

@@ -98,6 +98,7 @@ static void join_alphas(qw_look *l, const qw_material *m, bool is_first)
     for (int k = 0; k < 3; k++) l->brightest = fmaxf(l->brightest, m->emission[k]);
 }
 
+/* Which maps the materials in use have anything to say to, and how transparency is to be shown. */
 static void find_kinds(qw_look *l)
 {
     bool is_first = true;
@@ -229,6 +230,7 @@ static qw_vec3 bend(const qw_look *l, const qw_material *m, uint32_t triangle, c
     return qw_length2(bent) > 0 ? bent : n;
 }
 
+/* Roughness, metal, occlusion and emission at a point of a triangle, factors times textures. w: its weights there. */
 static void see_factors(const qw_look *l, const qw_material *m, uint32_t triangle, const float w[3], qw_seen *s)
 {
     float one[4];
@@ -255,6 +257,8 @@ static float shown_alpha(const qw_look *l, const qw_material *m, float alpha)
                              : l->cutoff + (alpha - m->cutoff) * (1 - l->cutoff) / fmaxf(1 - m->cutoff, 1e-6f);
 }
 
+/* Colour and opacity at a point of a triangle, factor times texture times colours of vertices. w: its weights
+   there. */
 static void see_color(const qw_look *l, const qw_material *m, uint32_t triangle, const float w[3], float color[4])
 {
     float one[4];

@@ -26,6 +26,7 @@ static uint32_t next_of(const qw_bake_target *t, uint32_t f, uint32_t c)
     return c + 1 == t->begin[f + 1] ? t->begin[f] : c + 1;
 }
 
+/* Corners of one vertex that have the same place, normal and texture coordinates are one set (base/sets.h). */
 static uint32_t *group_corners(qw_env *env, const qw_bake_target *t)
 {
     uint32_t *into = QW_NEW(env, uint32_t, t->corner_count), *face = QW_NEW(env, uint32_t, t->corner_count);
@@ -54,6 +55,7 @@ static qw_vec3 contribution(const qw_bake_target *t, const uint32_t corner[3], i
     return qw_scale(qw_normalize(qw_reject(along, n)), angle);
 }
 
+/* Tangents along u at all corners, the same at corners of one set, as MikkTSpace has them. */
 static void find_tangents(qw_env *env, qw_bake_target *t)
 {
     uint32_t *into = group_corners(env, t);
@@ -105,6 +107,7 @@ typedef struct cage_search {
     uint32_t *near;        /* uint32_t[source vertices]: triangle of the target; QW_NONE: none */
 } cage_search;
 
+/* The nearest face of the target for each vertex of the source, and how far away that is. */
 static void search_from_source(void *user, uint32_t begin, uint32_t end)
 {
     cage_search *s = user;
@@ -156,6 +159,7 @@ static float *find_reach(qw_env *env, const qw_bake_target *t, float *farthest)
     return reach;
 }
 
+/* How far target and source are apart at each face of the target, looked at from both. */
 static void measure_faces(qw_env *env, const qw_bake_target *t, const qw_source *source, const float *reach,
                           float farthest, float *apart)
 {

@@ -60,6 +60,7 @@ typedef struct box {
     uint32_t x0, x1, y0, y1; /* the last ones included */
 } box;
 
+/* The cells that a triangle reaches, of `size` along a side. */
 static box box_of(const double p[3][2], uint32_t size, double unit)
 {
     double least[2], most[2];
@@ -73,6 +74,7 @@ static box box_of(const double p[3][2], uint32_t size, double unit)
     return (box){b[0], b[1], b[2], b[3]};
 }
 
+/* Lists for each tile of texels the triangles that reach it: counted first, then listed. */
 static void sort_triangles(qw_env *env, baker *b)
 {
     size_t count = (size_t)b->across * b->across * b->tiles;
@@ -277,6 +279,7 @@ static void put_texel(const baker *b, uint32_t tile, uint32_t x, uint32_t y, con
     }
 }
 
+/* Bakes tiles of texels: the mean of the samples that triangles cover in each. */
 static void bake_tiles(void *user, uint32_t begin, uint32_t end)
 {
     baker *b = user;
@@ -319,6 +322,7 @@ typedef struct smoothing {
     const uint8_t *before; /* uint8_t[texels][texels] */
 } smoothing;
 
+/* Rows of a map, each texel the mean of the covered ones of three by three. */
 static void smooth_rows(void *user, uint32_t begin, uint32_t end)
 {
     const smoothing *m = user;
@@ -350,6 +354,7 @@ static void smooth_occlusion(qw_env *env, const baker *b)
 
 /* ---- how far the maps are from the input */
 
+/* The picture at (x, y) in texels, between the four texels around. */
 static void read_map(const qw_picture *p, double x, double y, double to[4])
 {
     x -= 0.5, y -= 0.5;
@@ -459,6 +464,7 @@ static void check_maps(qw_env *env, const baker *b)
 
 /* ---- all */
 
+/* Makes empty pictures for the maps that are asked for, in every tile. */
 static void begin_pictures(qw_env *env, baker *b)
 {
     b->made->picture = QW_NEW_ZERO(env, qw_picture, b->tiles * (size_t)QW_MAP_COUNT);

@@ -43,6 +43,7 @@ static bool is_within(const padder *k, size_t i)
     return c[-1] && c[1] && above[-1] && above[0] && above[1] && below[-1] && below[0] && below[1];
 }
 
+/* Texel i of all maps becomes the mean of those beside it that are covered. */
 static void fill(const padder *k, size_t i)
 {
     size_t near[8];
@@ -60,6 +61,7 @@ static void fill(const padder *k, size_t i)
     }
 }
 
+/* All texels that no padding has reached become the mean of the whole map. */
 static void fill_rest(const padder *k)
 {
     size_t all = (size_t)k->texels * k->texels;

@@ -35,6 +35,7 @@ static double *place_of(const easing *e, uint32_t v) { return e->held->place + 3
 
 static bool is_corner(const easing *e, uint32_t v) { return e->quads->kind && e->quads->kind[v] == QW_VERTEX_CORNER; }
 
+/* For each vertex how many edges of curves it has, and where two of them lead. */
 static void link_curves(const easing *e)
 {
     const qw_quadmesh *q = e->quads;
@@ -149,6 +150,7 @@ static double price_of(void *user, uint32_t v, uint32_t f)
     return sum;
 }
 
+/* How far vertex v may be moved, along which axes: along its curve, or in the plane of its primitive; 0: it stays. */
 static double frame_of(void *user, uint32_t v, qw_spot *here, qw_vec3 axis[2])
 {
     const easing *e = user;
@@ -212,6 +214,7 @@ static void ease_angles(qw_env *env, easing *e)
 
 /* ---- what became bad */
 
+/* The least sine of the four angles of quad f with these places; below 0 where a corner is folded. */
 static double least_sine(const qw_quadmesh *q, uint32_t f, const double *place)
 {
     assert(f < q->face_count);

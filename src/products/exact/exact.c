@@ -75,6 +75,7 @@ static void add_rims_of(holding *w, const uint32_t *ring, uint32_t count)
     }
 }
 
+/* Walks around each loop of the boundary once and adds the rims of primitives on it. */
 static void find_rims(holding *w)
 {
     const qw_trimesh *s = w->exact->surface;
@@ -281,6 +282,7 @@ static void look_again(const holding *w, uint32_t v, uint32_t *hint)
 
 static void put_one(void *user, uint32_t v, double p[3]) { project(user, v, p); }
 
+/* Puts all vertices on what they are held by, if that is near enough; else they are let go. */
 static void project_all(void *user)
 {
     const holding *w = user;

@@ -315,6 +315,7 @@ static bool guess_tube(qw_primitive *p, const double *point, uint32_t count)
     return true;
 }
 
+/* The sphere that fits the points best by squares of distances, a linear problem; false: there is none. */
 static bool guess_sphere(qw_primitive *p, const double *point, uint32_t count)
 {
     double m[UNKNOWNS][UNKNOWNS] = {{0}}, b[UNKNOWNS] = {0};

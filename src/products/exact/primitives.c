@@ -79,6 +79,7 @@ static void edge_of(const finder *f, uint32_t h, double along[3])
     for (int k = 0; k < 3; k++) along[k] = b[k] - a[k];
 }
 
+/* Area and unit normal of each triangle; a sliver's normal is zero. */
 static void measure_triangles(void *user, uint32_t begin, uint32_t end)
 {
     finder *f = user;
@@ -153,6 +154,7 @@ static void list_members(finder *f)
     for (uint32_t t = 0; t < n; t++) f->facet_area[f->facet[t]] += f->area[t];
 }
 
+/* Lists for each facet the half-edges beyond which another one lies. */
 static void list_rims(finder *f)
 {
     const qw_trimesh *m = f->mesh;
@@ -289,6 +291,7 @@ static bool is_on(const finder *f, const qw_primitive *p, uint32_t t)
     return fabs(qw_dot_doubles(gradient, normal_of(f, t))) > AGREES;
 }
 
+/* The places of all vertices of the member triangles, each once, into f->point; how many. */
 static uint32_t gather_points(finder *f)
 {
     uint32_t count = 0;
@@ -442,6 +445,8 @@ static uint32_t depth_of(finder *f, uint32_t stamp)
     return most;
 }
 
+/* Whether the members lie on p and could hardly do so by chance: refines p, then asks how much better it fits than
+   planes do, how deep it is and how it ends. */
 static bool is_certain(finder *f, qw_primitive *p)
 {
     uint32_t stamp = f->member_count ? f->tried[f->member[0]] : 0, points = gather_points(f);
@@ -462,6 +467,7 @@ static void keep(finder *f, const qw_primitive *p)
     f->found.item[f->found.count++] = *p;
 }
 
+/* Grows what fits the seed, from cylinders on, and keeps the first that is certain. */
 static bool try_seed(finder *f, uint32_t i, seed *s)
 {
     for (qw_primitive_kind kind = QW_CYLINDER; kind <= s->last; kind++) {
@@ -519,6 +525,7 @@ static bool try_facet(finder *f, uint32_t i)
     return false;
 }
 
+/* Looks for round primitives from facets, the largest first, until MOST_VAIN in a row found none. */
 static void find_round(finder *f)
 {
     const uint32_t *order = by_area(f->env, f->facet_area, f->facet_count);

@@ -29,6 +29,7 @@ static uint32_t find_edge(const qw_quadmesh *q, const qw_polygon_edges *e, uint6
     return low;
 }
 
+/* Marks the edges and corners that the cage lists; fails where it has no such edge. */
 static void take_marks(qw_env *env, const qw_mesh_view *cage, qw_quadmesh *q, const qw_polygon_edges *e)
 {
     for (uint32_t m = 0; m < cage->marked_edge_count; m++) {

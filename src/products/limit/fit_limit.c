@@ -94,6 +94,7 @@ typedef struct looking {
     const qw_vec3 *normal;
 } looking;
 
+/* Finds for each sample the surface or curve that pulls it, and by how much. */
 static void look_block(void *user, uint32_t begin, uint32_t end)
 {
     const looking *l = user;
@@ -222,6 +223,7 @@ static void apply(void *user, qw_env *env, const double *x, double *y)
     clear_fixed(t, y);
 }
 
+/* The diagonal of the system of the fit: 3 numbers for each vertex, 0 for what is fixed. */
 static double *diagonal_of(qw_env *env, const fitting *t)
 {
     uint32_t n = t->quads->vertex_count;
@@ -274,6 +276,8 @@ static void step_to(qw_env *env, fitting *t, double *x)
     }
 }
 
+/* A step of the fit: samples of the limit surface are pulled to the shape, and the x that lets them follow best is
+   solved for. x0: where x began. */
 static void project(qw_env *env, fitting *t, double *x, const double *x0)
 {
     uint32_t n = t->quads->vertex_count;
@@ -337,6 +341,7 @@ static void hold_back_limit_flips(qw_env *env, fitting *t, const qw_vec3 *before
     qw_go_back(env, &(qw_going_back){t->quads, false, &h, find_turned, put_back}, NULL);
 }
 
+/* The stencils of the limit surface after one split, and room for its samples. */
 static void begin(qw_env *env, fitting *t)
 {
     const qw_quadmesh *q = t->quads;

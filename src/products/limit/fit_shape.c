@@ -55,6 +55,7 @@ typedef struct placing {
     qw_vec3 *place;
 } placing;
 
+/* The place on the shape or on its curves for each vertex; it stays where there is none near. */
 static void place_block(void *user, uint32_t begin, uint32_t end)
 {
     const placing *p = user;

@@ -64,6 +64,7 @@ static double cost_at(void *user, uint32_t v, uint32_t f)
     return (double)sum;
 }
 
+/* How far vertex v may be moved, along which axes: along its crease, or in its tangent plane; 0: it stays. */
 static double frame_of(void *user, uint32_t v, qw_spot *here, qw_vec3 axis[2])
 {
     raising *r = user;

@@ -28,6 +28,7 @@ static uint32_t straight_on(const qw_quadmesh *q, uint32_t h)
     return side == QW_NONE ? QW_NONE : qw_quad_next(side);
 }
 
+/* Marks the vertices at which blocks have corners: irregular ones, and those where sharp edges end or turn. */
 static void find_special(joining *j)
 {
     const qw_quadmesh *q = j->quads;
@@ -53,6 +54,7 @@ static void mark(const joining *j, uint32_t h)
     if (j->quads->twin[h] != QW_NONE) j->line[j->quads->twin[h]] = 1;
 }
 
+/* Marks sharp sides and the lines that leave special vertices; quads with no line between them are one block. */
 static void trace_lines(joining *j)
 {
     const qw_quadmesh *q = j->quads;
@@ -177,6 +179,7 @@ static uint32_t point_on(const joining *j, uint32_t h, uint32_t i)
     return p->face[h / 4][QW_PATCH_CORNER[h % 4] + (int)i * QW_PATCH_AHEAD[h % 4]];
 }
 
+/* Adds the edge along the first `count` half-edges of j->way: its control points, and its number at these. */
 static void add_edge(joining *j, uint32_t count)
 {
     qw_patch_blocks *o = j->out;
@@ -213,6 +216,7 @@ static bool add_sides(joining *j, const grid *g, uint32_t b)
     return true;
 }
 
+/* Adds the control points of block b, a grid of m by n quads, by those of single patches. */
 static void add_points(joining *j, const grid *g, uint32_t b)
 {
     qw_patch_blocks *o = j->out;

@@ -146,6 +146,7 @@ static bool is_on(const flattening *t, uint32_t a, uint32_t b)
     return qw_dot_doubles(t->surface[a].axis, t->surface[b].axis) > 0;
 }
 
+/* Joins blocks that lie on one primitive across edges, as far as all of each lies on that of the other. */
 static void join_blocks(const flattening *t)
 {
     const qw_patch_blocks *o = t->blocks;
@@ -297,6 +298,7 @@ static bool is_arc(const flattening *t, const qw_primitive *a, const qw_primitiv
     return !is_round(b) || sqrt(qw_dot_doubles(side, side)) <= t->patches->tolerance;
 }
 
+/* Puts the points of edges between two primitives on both, and finds which of these edges are arcs. */
 static void settle_borders(const flattening *t)
 {
     const qw_patch_blocks *o = t->blocks;

@@ -103,6 +103,7 @@ static void number_edges(patching *t)
     }
 }
 
+/* The sixteen control points of quad f, and its four edges with whether it runs along them. */
 static void fill_face(const patching *t, uint32_t f, uint32_t grid[16], uint32_t side[4], uint8_t is_along[4])
 {
     assert(f < t->quads->face_count);

@@ -45,6 +45,7 @@ static uint32_t *number_edges(qw_env *env, const qw_quadmesh *q, uint32_t *count
     return edge;
 }
 
+/* Corners, twins and marks of the child of a quad at half-edge h. */
 static void connect_child(const qw_quadmesh *q, qw_quadmesh *fine, uint32_t h, const uint32_t *edge, uint32_t edges)
 {
     assert(h < 4 * q->face_count);
@@ -59,6 +60,7 @@ static void connect_child(const qw_quadmesh *q, qw_quadmesh *fine, uint32_t h, c
     mark[1] = mark[2] = 0;
 }
 
+/* Kinds and components of the vertices of a split: old ones, those on edges, and middles. */
 static void describe_vertices(const qw_quadmesh *q, qw_quadmesh *fine)
 {
     for (uint32_t v = 0; v < q->vertex_count; v++) {
@@ -300,6 +302,7 @@ void qw_stencils_apply(qw_env *env, const qw_stencils *s, const double *in, doub
     qw_parallel(env, s->row_count, QW_GRAIN_HEAVY, apply_block, &a);
 }
 
+/* Applies the stencils to positions in single precision. */
 static void place_block(void *user, uint32_t begin, uint32_t end)
 {
     const application *a = user;

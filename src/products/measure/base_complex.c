@@ -10,6 +10,7 @@
 
 #include <assert.h>
 
+/* Lists the faces of four corners, and these corners. */
 static void find_quads(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, qw_base_complex *b)
 {
     for (uint32_t f = 0; f < mesh->face_count; f++) b->quads += edges->face_begin[f + 1] - edges->face_begin[f] == 4;
@@ -29,6 +30,7 @@ typedef struct grid_vertices {
     uint8_t *special; /* uint8_t[vertex_count] */
 } grid_vertices;
 
+/* Which vertices are irregular, and which lie on a rim. */
 static grid_vertices find_special(qw_env *env, const qw_base_complex *b, uint32_t vertex_count)
 {
     assert(b->corner && b->twin);
@@ -140,6 +142,8 @@ static void number_chords(qw_env *env, qw_base_complex *b, uint32_t *set, uint32
     qw_free(env, crosses), qw_free(env, order);
 }
 
+/* Numbers the chords, the rows of quads across opposite sides, and says for both directions of each quad which it
+   is. */
 static void find_chords(qw_env *env, qw_base_complex *b)
 {
     uint32_t directions = 2 * b->quads;

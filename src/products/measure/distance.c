@@ -216,6 +216,8 @@ static uint8_t *spread_seen(qw_env *env, const qw_surface *to, uint32_t faces, c
     return triangles;
 }
 
+/* How many polygons of `from` look the other way than the surface `to` beneath them; of many only a share is
+   asked. */
 static int64_t flipped_faces(qw_env *env, const qw_surface *from, const qw_surface *to, const uint8_t *both,
                              uint32_t faces, float edge)
 {
@@ -316,6 +318,7 @@ static qw_curve_tree *edge_tree(qw_env *env, const qw_surface *s, const qw_mesh_
     return qw_curve_tree_build(env, from, to, edges->edge_count);
 }
 
+/* How far samples on the sharp edges of the input are from the nearest edge of the mesh: mean and 95 %, in edges. */
 static void measure_sharp(qw_env *env, const qw_surface *out, const qw_mesh_view *mesh, const qw_polygon_edges *edges,
                           const qw_surface *in, const qw_mesh_view *against, const uint8_t *seen, double edge,
                           qw_quality *quality)

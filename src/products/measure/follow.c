@@ -71,6 +71,8 @@ static float angle_to(const qw_vec3 axis[2], qw_vec3 direction)
     return (float)(qw_acos(fmin((double)c, 1)) * degrees);
 }
 
+/* For each sample the angle between the edges nearest to it and the direction of curvature; weight 0 where that is
+   not clear. */
 static void follow_samples(void *user, uint32_t begin, uint32_t end)
 {
     const follow_task *t = user;
@@ -104,6 +106,7 @@ static void load_quad(const qw_mesh_view *mesh, const qw_polygon_edges *edges, c
     for (uint32_t k = 0; k < 4; k++) p[k] = s->mesh.position[mesh->corners[edges->face_begin[face] + k]];
 }
 
+/* The mean of these angles, and the shares within 10 and beyond 30 degrees; nothing where few are clear. */
 static void sum_follow(const follow_task *t, qw_quality *quality)
 {
     uint32_t clear = 0;
@@ -180,6 +183,7 @@ static void centre_of_area(const qw_surface *s, double centre[3])
     for (int k = 0; k < 3; k++) centre[k] /= s->area_end[s->mesh.face_count - 1];
 }
 
+/* Adds the second moments of the surface's area about `centre` to m. */
 static void products_of_area(const qw_surface *s, const double centre[3], double m[3][3])
 {
     for (uint32_t t = 0; t < s->mesh.face_count; t++) {
@@ -195,6 +199,7 @@ static void products_of_area(const qw_surface *s, const double centre[3], double
     }
 }
 
+/* The planes through the middle of the surface along the axes of space and along its own. */
 static void candidate_planes(const qw_surface *s, plane planes[PLANES])
 {
     double centre[3] = {0}, m[3][3] = {{0}}, axis[3][3];
@@ -272,6 +277,7 @@ static uint32_t thin_mirrored(const mirror_task *t, qw_vec3 *point)
     return count;
 }
 
+/* Whether the surface has a plane of symmetry, and which of the candidates is it. */
 static bool find_mirror(qw_env *env, const qw_surface *in, plane *found)
 {
     assert(in->area_end && found);
@@ -295,6 +301,7 @@ static bool find_mirror(qw_env *env, const qw_surface *in, plane *found)
     return any;
 }
 
+/* How far the vertices are from the reflections of others, in edges, where the surface has a plane of symmetry. */
 static void measure_mirror(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, const qw_surface *out,
                            const qw_surface *in, double edge, qw_quality *quality)
 {
@@ -344,6 +351,7 @@ typedef struct angle_task {
     float *angle, *weight;
 } angle_task;
 
+/* For each quad the angle between its axes and the direction of curvature nearest to it, and how much that counts. */
 static void find_angles(void *user, uint32_t begin, uint32_t end)
 {
     const angle_task *t = user;

@@ -116,6 +116,7 @@ static void join_fans(const topology_task *t)
     }
 }
 
+/* Euler's number with a vertex for each fan, non-manifold vertices, and those of no face. */
 static void count_fans(const topology_task *t)
 {
     qw_topology *topology = t->topology;
@@ -131,6 +132,7 @@ static void count_fans(const topology_task *t)
     for (uint32_t v = 0; v < t->mesh->vertex_count; v++) topology->isolated_vertices += t->fans[v] == 0;
 }
 
+/* Boundary loops: the fans that boundary edges meet, less the edges that join two of them. */
 static void count_loops(const topology_task *t)
 {
     const qw_polygon_edges *edges = t->edges;
@@ -147,6 +149,7 @@ static void count_loops(const topology_task *t)
     }
 }
 
+/* Irregular vertices inside and on the boundary, and how many have which valence. */
 static void count_valences(const topology_task *t)
 {
     qw_count_valences(t->mesh, t->edges, &t->valences);
@@ -175,6 +178,7 @@ static void count_part(void *user, uint32_t part, uint32_t end)
     if (part == 3) count_valences(t);
 }
 
+/* Counts all that there is of topology; its parts are counted side by side. */
 static void measure_topology(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges,
                              qw_topology *topology)
 {
@@ -370,6 +374,7 @@ static void measure_edges(const qw_mesh_view *mesh, const qw_polygon_edges *edge
     quality->edge_cv = variation_of(&m);
 }
 
+/* Patches, chords, those that cross themselves, the longest, and the share of simple ones. */
 static void measure_loops(qw_env *env, const qw_mesh_view *mesh, const qw_polygon_edges *edges, qw_quality *quality)
 {
     qw_scope_begin(env);

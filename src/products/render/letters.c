@@ -128,6 +128,7 @@ static float bend(float a, float b, float c, float t)
     return (1 - t) * ((1 - t) * a + t * b) + t * ((1 - t) * b + t * c);
 }
 
+/* Adds the segments of a stroke through the points, rounded if it is smooth. */
 static void add_stroke(outline *o, const float (*p)[2], int count, int smooth)
 {
     if (count == 1) add_segment(o, p[0][0], p[0][1], p[0][0], p[0][1]);
@@ -146,6 +147,7 @@ static void add_stroke(outline *o, const float (*p)[2], int count, int smooth)
     }
 }
 
+/* The outline of a letter, by its glyph: strokes of pairs of digits, smooth behind "~". */
 static void trace(char letter, outline *o)
 {
     o->count = 0;
@@ -197,6 +199,7 @@ static void blend(picture *p, int x, int y, const uint8_t colour[3], float share
     for (int k = 0; k < 3; k++) c[k] = (uint8_t)((float)c[k] + share * ((float)colour[k] - (float)c[k]) + 0.5f);
 }
 
+/* Draws an outline with its left end and its line at these places, `size` pixels high. */
 static void draw_outline(picture *p, const outline *o, float left, float line, float size, const uint8_t colour[3])
 {
     float scale = size / (GRID_CAPITAL - GRID_LINE), half = fmaxf(0.068f * size, 0.55f);

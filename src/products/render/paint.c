@@ -44,6 +44,7 @@ static void paint_angles(qw_env *env, scene *s, const qw_base_complex *b, const 
     if (all > 0) s->follow = sum / all;
 }
 
+/* Paints the quads of a chord, numbered from 1; where it crosses itself in another colour. */
 static void paint_chord(scene *s, const qw_base_complex *b, uint32_t chord)
 {
     s->chords = b->chord_count;
@@ -74,6 +75,7 @@ static uint32_t straight_on(const qw_base_complex *b, uint32_t h)
     return across == QW_NONE ? QW_NONE : qw_quad_next(across);
 }
 
+/* Marks the edges of all rings: lines of edges that close and pass no vertex twice. */
 static void mark_rings(qw_env *env, scene *s, const qw_base_complex *b)
 {
     uint8_t *seen = QW_NEW_ZERO(env, uint8_t, 4 * (size_t)b->quads);

@@ -67,6 +67,7 @@ typedef struct shape {
     uint32_t id;
 } shape;
 
+/* A triangle ready to be drawn: turned to the front, slopes of its depth, its range; false: it has no area. */
 static bool make_shape(raster_point a, raster_point b, raster_point c, uint32_t id, shape *s)
 {
     double ux = (double)b.x - a.x, uy = (double)b.y - a.y, vx = (double)c.x - a.x, vy = (double)c.y - a.y,

@@ -47,6 +47,7 @@ void render_options_init(render_options *options)
 
 /* ---- layout */
 
+/* How many views a panel has, in which rows and columns panels and views stand, and the size of letters. */
 static void arrange(sheet *s)
 {
     const render_options *o = &s->options;
@@ -116,6 +117,7 @@ static bool alike(const qw_frame *a, const qw_frame *b)
     return apart < 0.3 && a->scale < 1.4 * b->scale && b->scale < 1.4 * a->scale;
 }
 
+/* Scenes of all panels, in one frame if the meshes are alike in size and place. */
 static void make_scenes(sheet *s)
 {
     double lo[3], hi[3], all_lo[3] = {DBL_MAX, DBL_MAX, DBL_MAX}, all_hi[3] = {-DBL_MAX, -DBL_MAX, -DBL_MAX};
@@ -282,6 +284,7 @@ static view_camera camera_of(const sheet *s, uint32_t view)
     return view_look(d.azimuth, d.elevation);
 }
 
+/* Draws all views of a panel, and its heading. */
 static void draw_panel(sheet *s, uint32_t panel)
 {
     for (uint32_t view = 0; view < s->views; view++) {
@@ -307,6 +310,7 @@ static void draw_sheet(sheet *s)
     for (uint32_t i = 0; i < s->count; i++) draw_panel(s, i);
 }
 
+/* Fails at options and panels that no picture can be made of. */
 static void check(qw_env *env, const render_panel *panels, size_t count, const render_options *o)
 {
     const char *wrong = NULL;

@@ -36,6 +36,7 @@ static qw_vec3 area_vector(const scene *s, uint32_t face)
     return sum;
 }
 
+/* A normal for each corner: the mean of the faces at its vertex that are not beyond a crease. */
 static void find_normals(qw_env *env, scene *s)
 {
     uint32_t *begin;
@@ -60,6 +61,7 @@ static void find_normals(qw_env *env, scene *s)
     qw_scope_end(env);
 }
 
+/* What each edge is drawn as, by how many faces it has, and the mean length of edges. */
 static void find_kinds(scene *s)
 {
     const qw_polygon_edges *e = &s->edges;
@@ -73,6 +75,7 @@ static void find_kinds(scene *s)
     s->mean_edge = e->edge_count ? (float)(length / e->edge_count) : 0;
 }
 
+/* Dots at irregular vertices, in a mesh that is mostly quads, by their valence. */
 static void find_dots(qw_env *env, scene *s)
 {
     for (uint32_t f = 0; f < s->mesh->face_count; f++) {

@@ -145,6 +145,7 @@ static void place_dots(view *v)
     }
 }
 
+/* Draws the triangles and dots that reach the rows top .. bottom. */
 static void draw_band(void *user, uint32_t top, uint32_t bottom)
 {
     view *v = user;
@@ -250,6 +251,7 @@ static float hidden_sky(const view *v, uint32_t i, uint32_t j, qw_vec3 p, qw_vec
     return hidden / PROBES;
 }
 
+/* How open to the sky each pixel is, from 0 to 1. */
 static void find_shadows(void *user, uint32_t begin, uint32_t end)
 {
     view *v = user;
@@ -351,6 +353,7 @@ static colour with_wires(const view *v, uint32_t face, float x, float y, colour 
     return c;
 }
 
+/* The colour of what lies at a sample: a dot, a painted face or plain material, in its light. */
 static colour shade(const view *v, uint32_t id, float x, float y, float open)
 {
     surface_point p = surface_at(v, id, x, y);

@@ -127,6 +127,7 @@ static uint64_t any_along(const qw_cell_set *c, const uint64_t *row, uint32_t w)
     return row[w] | row[w] << 1 | before | row[w] >> 1 | after;
 }
 
+/* Cells whose surroundings, a ball of 19 cells, are all in the set. */
 static void find_middles(void *user, uint32_t begin, uint32_t end)
 {
     const opening *o = user;
@@ -153,6 +154,7 @@ static uint64_t in_balls(const qw_cell_set *m, uint32_t w, uint32_t y, uint32_t 
            qw_cell_set_row(m, y + 1, z + 1)[w];
 }
 
+/* Keeps the cells that lie in some ball of the set, and those on its border. */
 static void keep_balls(void *user, uint32_t begin, uint32_t end)
 {
     const opening *o = user;

@@ -32,6 +32,7 @@ static uint32_t vertex_of(const loop *l, uint32_t i)
     return l->filling->clean->mesh.corner[l->half[l->count - 1 - i]];
 }
 
+/* Whether two vertices of a loop have an edge on the surface already. */
 static bool is_joined(const void *user, uint32_t a, uint32_t b)
 {
     const loop *l = user;
@@ -53,6 +54,7 @@ static void look_beside(const qw_trimesh *m, uint32_t first, qw_vec3 *sum, uint3
         *sum = qw_add(*sum, m->position[m->corner[qw_next(h)]]), ++*count;
 }
 
+/* Adds the triangles that fill a loop, and the vertices within, with the source and component of its surroundings. */
 static void append(filling *f, const loop *l, const qw_hole_fill *p, uint32_t source, uint32_t component)
 {
     qw_env *env = f->env;
@@ -96,6 +98,7 @@ static bool close_loop(filling *f, const loop *l, const double *area)
     return closes;
 }
 
+/* Begins with the surface as it is, in arrays that grow. */
 static void copy_surface(filling *f)
 {
     const qw_trimesh *m = &f->clean->mesh;

@@ -94,6 +94,7 @@ static double distance2_of(const qw_box_node *node, const double p[3])
     return sum;
 }
 
+/* The `most` points nearest to p, into *n, the nearest first. */
 static void find_nearest(const tree *t, const double p[3], int most, nearest *n)
 {
     struct {
@@ -127,6 +128,8 @@ typedef struct plane {
     double off;        /* of p along the normal */
 } plane;
 
+/* The plane through p and the first `count` of its nearest: axes with the normal last, spread across it, how far p
+   is off. */
 static plane fit_plane(const double *position, const double p[3], const nearest *n, int count)
 {
     double m[3][3] = {{0}}, axis[3][3], mean[3] = {0};
@@ -185,6 +188,8 @@ typedef struct starring {
     uint32_t *star; /* uint32_t[count][MOST_SIDES]: neighbours in their order, QW_NONE: a gap, or behind the last */
 } starring;
 
+/* The points around one whose Voronoi cells touch its own in the plane that fits them there, into
+   star[MOST_SIDES]. */
 static void star_of(const starring *s, uint32_t point, uint32_t *star)
 {
     const double *position = s->tree->position, *p = position + 3 * (size_t)point;

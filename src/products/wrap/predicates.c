@@ -102,6 +102,7 @@ static bool flat_segment_meets(int axis, const qw_wrap_lattice_point segment[2],
 
 /* ---- segments and triangles */
 
+/* Whether a segment meets a triangle, exactly, ends and rims included. */
 static bool segment_meets(const qw_wrap_lattice_point segment[2], const qw_wrap_lattice_point triangle[3],
                           const double normal[3])
 {

@@ -53,6 +53,7 @@ static uint64_t cells_with_faces(const qw_cell_set *outside, uint32_t w, uint32_
                       qw_cell_set_row(outside, y, z + 1)[w]);
 }
 
+/* Adds the faces between cells outside and others in layer z. */
 static void add_layer(corners *c, const qw_cell_set *outside, uint32_t z)
 {
     for (uint32_t y = 1; y + 1 < outside->across[1]; y++)

@@ -57,6 +57,7 @@ static qw_guard_room room_of(const blocks *b, uint32_t block)
     return qw_guard_enter(b->guard, block, &box, 2 * (b->begin[block + 1] - b->begin[block]) + 4 * BLOCK * BLOCK);
 }
 
+/* Does a step on each item of some blocks; one that needs more room than its block has comes later. */
 static void work_through(void *user, uint32_t begin, uint32_t end)
 {
     const blocks *b = user;

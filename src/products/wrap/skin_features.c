@@ -149,6 +149,7 @@ static void middle_of_face(const qw_skin *s, uint32_t f, double p[3])
         p[k] = ((double)s->position[c[0]].at[k] + s->position[c[1]].at[k] + s->position[c[2]].at[k]) / 3;
 }
 
+/* The plane of the target nearest to the middle of each face. */
 static void ask_faces(void *user, uint32_t begin, uint32_t end)
 {
     const asking *a = user;
@@ -164,6 +165,8 @@ static void ask_faces(void *user, uint32_t begin, uint32_t end)
 
 /* ---- vertices */
 
+/* Moves v onto the edge or corner of the target between the planes of its faces, if one is near and the guard
+   allows it. */
 static void snap_vertex(void *user, qw_guard_room *room, uint32_t v, uint32_t *hint)
 {
     const asking *a = user;
@@ -248,6 +251,7 @@ static bool split_place(const qw_skin *s, const qw_wrap_target *target, uint32_t
     return true;
 }
 
+/* Splits edge h by a vertex at `to`, if the guard allows it. Whether it did. */
 static bool try_split(qw_guard_room *room, uint32_t h, const double to[3])
 {
     qw_skin *s = room->guard->skin;
@@ -310,6 +314,8 @@ static bool shapes_gain(const qw_skin *s, uint32_t a, uint32_t b, uint32_t c, ui
     return after > 1.2 * before;
 }
 
+/* Whether the other diagonal of the two triangles at h lies nearer to the target, or gives better triangles in a
+   plane. */
 static bool wants_flip(const qw_skin *s, const qw_wrap_target *target, uint32_t h, uint32_t *hint)
 {
     uint32_t t = s->twin[h], a = qw_skin_tail(s, h), b = qw_skin_head(s, h), c = qw_skin_apex(s, h),
@@ -326,6 +332,7 @@ static bool wants_flip(const qw_skin *s, const qw_wrap_target *target, uint32_t 
     return off_input(target, p, most, hint) <= most;
 }
 
+/* Flips edge h, if topology and guard allow it. */
 static void try_flip(qw_guard_room *room, uint32_t h)
 {
     qw_skin *s = room->guard->skin;
@@ -404,6 +411,7 @@ static bool holds_around(qw_guard_room *room, uint32_t h)
     return true;
 }
 
+/* Collapses edge h, if topology and guard allow it. */
 static void try_collapse(qw_guard_room *room, uint32_t h)
 {
     qw_skin *s = room->guard->skin;

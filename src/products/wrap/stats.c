@@ -38,6 +38,7 @@ static sampling begin_sampling(const qw_wrap_lattice *l, const qw_wrap_triangles
     return s;
 }
 
+/* The next of the samples, which are spread evenly over the area; false: there are no more. */
 static bool next_sample(sampling *s, double p[3])
 {
     const qw_wrap_triangles *t = s->triangles;
@@ -76,6 +77,7 @@ static qw_bvh *tree_of_skin(qw_env *env, const qw_skin *s, qw_trimesh *mesh)
     return qw_bvh_build(env, mesh);
 }
 
+/* The mean distance from what can be seen of the input to the skin, in units of the lattice. */
 static double mean_to_skin(qw_env *env, const qw_wrap_lattice *lattice, const qw_wrap_triangles *triangles,
                            const qw_skin *skin)
 {
@@ -95,6 +97,7 @@ static double mean_to_skin(qw_env *env, const qw_wrap_lattice *lattice, const qw
 
 /* ---- components */
 
+/* Components of the input of which no triangle can be seen. */
 static int64_t count_hidden_shells(qw_env *env, const qw_wrap_triangles *t, uint32_t vertex_count,
                                    const uint8_t *visible)
 {
@@ -110,6 +113,7 @@ static int64_t count_hidden_shells(qw_env *env, const qw_wrap_triangles *t, uint
     return count;
 }
 
+/* Patches of the skin that touch no input: gaps that it closes. */
 static int64_t count_bridges(qw_env *env, const qw_skin *s, const float *touch)
 {
     uint32_t *parent = QW_NEW(env, uint32_t, s->face_count);

@@ -29,6 +29,7 @@ typedef struct cutting {
     uint32_t vertices, faces;
 } cutting;
 
+/* A new vertex in the middle between two. */
 static uint32_t middle_of(cutting *c, uint32_t a, uint32_t b)
 {
     uint32_t v = c->vertices++;
@@ -115,6 +116,7 @@ static bool has_room(const cutting *c, const piece *p, uint32_t i, bool either)
     return false;
 }
 
+/* Keeps a piece that is seen, turned to the side it is seen from, with what is seen beyond its sides. */
 static void keep(cutting *c, const piece *p)
 {
     bool side[2];

@@ -86,6 +86,8 @@ static void require_told_apart(qw_env *env, const box *b, double cell)
             spacing_of(b), 2 * cell, 2 * LEAST_SPACINGS * spacing_of(b));
 }
 
+/* The cells that the input's faces meet, and those outside; fails where the input has no extent, or too much, for
+   such cells. */
 static qw_filled fill(qw_env *env, const qw_clean_input *input, double cell, bool closes)
 {
     qw_filled f = {.polygons = qw_triangulate(env, input)};

@@ -170,6 +170,7 @@ static void list_triangles(marking *m)
     m->begin[0] = 0;
 }
 
+/* Marks the cells of layers begin .. end that triangles meet. */
 static void mark_slab(void *user, uint32_t begin, uint32_t end)
 {
     marking *m = user;
@@ -351,6 +352,7 @@ qw_wrap_lattice qw_wrap_lattice_fill(qw_env *env, const qw_wrap_frame *frame, co
 
 /* ---- what can be seen */
 
+/* Whether a cell is not outside, but touches one that is. */
 static bool cell_is_seen(const qw_wrap_lattice *l, const uint32_t at[3])
 {
     const qw_wrap_frame *f = &l->frame;

@@ -18,6 +18,7 @@ typedef struct looking {
     uint8_t *visible;
 } looking;
 
+/* Which triangles can be seen from outside. */
 static void look(void *user, uint32_t begin, uint32_t end)
 {
     const looking *l = user;
@@ -33,6 +34,7 @@ static void look(void *user, uint32_t begin, uint32_t end)
 
 /* ---- the tree */
 
+/* Takes the triangles that are visible into the target, with their normals and numbers. */
 static void take_visible(qw_env *env, const qw_wrap_triangles *t, qw_wrap_target *target)
 {
     uint32_t count = 0;
@@ -78,6 +80,7 @@ qw_wrap_target qw_wrap_target_build(qw_env *env, const qw_wrap_lattice *lattice,
     return t;
 }
 
+/* Where the target is touched, in the units of the caller: place, normal and distance from a point. */
 static qw_touch touch_of(const qw_wrap_target *t, const double point[3], const qw_hit *hit)
 {
     assert(hit->face != QW_NONE);

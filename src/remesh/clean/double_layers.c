@@ -154,6 +154,7 @@ static void mark_open(const qw_sheets *s, const qw_edges *edges, uint8_t *open)
         }
 }
 
+/* A box tree of the triangles of sheets; order: as they stand in it. */
 static qw_box_tree tree_of(qw_env *env, const qw_sheets *s, uint32_t *order)
 {
     qw_box *box = QW_NEW(env, qw_box, s->face_count);

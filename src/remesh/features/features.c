@@ -484,6 +484,7 @@ static void add_shallow_creases(qw_env *env, creases *c)
     qw_free(env, joins), qw_free(env, has_more), qw_free(env, only), qw_free(env, facet);
 }
 
+/* Marks the creases of a mesh: seeds are grown, tails dropped, and what is noise or no network of a design goes. */
 static void find_creases(qw_env *env, creases *c, float quad_edge)
 {
     assert(c->mesh->mark && c->cosine && c->degree);

@@ -248,6 +248,7 @@ typedef struct chain {
     qw_strip_find found;
 } chain;
 
+/* A search that begins with the integers of a link of the chain: its moves, and energy, area and score there. */
 static strip_search begin_search(chain *k)
 {
     qw_env *env = k->env;

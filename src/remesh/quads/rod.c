@@ -207,6 +207,7 @@ static uint32_t place(const rod *r, const qw_bvh *tree, qw_vec3 *position)
     return turned;
 }
 
+/* The quads of a rod between its rings, and of its ends; turned over where the part is inside out. */
 static qw_quadmesh join_rings(const rod *r, const qw_bvh *tree)
 {
     uint32_t n = r->rings, vertices = 4 * n, faces = r->across ? 4 * n : 4 * (n - 1) + 2;

@@ -136,6 +136,7 @@ static float area_share(const qw_offset_mesh *m, const qw_real2 *d, uint32_t f)
     return (a.x * b.y - a.y * b.x) / fmaxf(right, LEAST_AREA * longest + NO_AREA);
 }
 
+/* Makes the edges of squeezed triangles stiffer; how many there are. */
 static uint32_t stiffen(const qw_offset_mesh *m, const qw_real2 *closed, float *stiffness)
 {
     assert(closed && stiffness);

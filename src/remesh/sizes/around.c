@@ -79,6 +79,7 @@ static double radius_at(const curves *c, uint32_t a, uint32_t b, double least)
     return INFINITY;
 }
 
+/* The radius of each curve where it bends, as a bound for the size at its vertices. */
 static void find_in_curves(qw_env *env, const qw_trimesh *m, double least, bool with_boundary, float *radius)
 {
     curves c = {m, qw_find_curve_ends(env, m, with_boundary), (float)qw_cos(QW_CORNER_ANGLE),

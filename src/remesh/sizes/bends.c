@@ -6,6 +6,7 @@
 #include <math.h>
 #include <string.h>
 
+/* Adds a third of triangle f to the area and normal of each of its corners, or of what these belong to. */
 static void add_face(const qw_trimesh *m, const uint32_t *of, uint32_t f, qw_bends *sums)
 {
     assert(f < m->face_count);

@@ -256,6 +256,7 @@ static bool crosses(const qw_trimesh *m, const float *distance, uint32_t h, floa
     return (distance[m->corner[h]] <= at) != (distance[m->corner[qw_next(h)]] <= at);
 }
 
+/* Adds to every level of distance what triangle f has of its length, area, ends, Euler's number and turning. */
 static void measure_face(const search *s, uint32_t f, levels *l)
 {
     const qw_trimesh *m = s->mesh;
@@ -518,6 +519,7 @@ static int middle_of_stretch(const search *s, const levels *l, int best)
     return (end[0] + end[1]) / 2;
 }
 
+/* Takes the level j for a neck if it is round enough, of the kind that is sought, and fits quads. */
 static void take_neck(search *s, levels *l, int j)
 {
     neck n = {.ratio = ratio_at(s, l, j), .is_open = l->ends[j] > 0};

@@ -61,6 +61,7 @@ uint32_t *qw_vertex_components(qw_env *env, const qw_trimesh *s, const qw_census
 static float lesser(float a, float b) { return b < a ? b : a; }
 static float greater(float a, float b) { return b > a ? b : a; }
 
+/* The diagonal of each component's box: double[census->components]. */
 static double *extents(qw_env *env, const qw_trimesh *s, const qw_census *census)
 {
     qw_vec3 *low = QW_NEW(env, qw_vec3, (size_t)census->components),

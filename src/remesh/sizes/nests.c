@@ -248,6 +248,8 @@ static double even_edge(const nesting *g, const float *size)
     return sqrt(area / quads);
 }
 
+/* How wide one side of a nest may get, how much wider each row than the one before, and the edge there if all are
+   even. */
 static side_fit measure(nesting *g, uint32_t nest, int side, const float *size)
 {
     const qw_nest *n = &g->nests->nest[nest];
@@ -307,6 +309,7 @@ static void write_sizes(nesting *g, uint32_t nest, int side, const side_fit *fit
     }
 }
 
+/* The size of quads on the curve of a nest and, from that, beside it: so that all rings have room on both sides. */
 static void fit_nest(nesting *g, uint32_t nest, float *size)
 {
     qw_nest *n = &g->nests->nest[nest];

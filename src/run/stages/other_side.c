@@ -116,6 +116,7 @@ static void find_components(other_side *o, const uint32_t *component)
     o->side.working_tree = qw_bvh_build(env, &o->side.working.mesh);
 }
 
+/* A copy of the quads of the other side that may be moved, the seam held, and the component of each vertex. */
 static void take_quads(other_side *o, const qw_quadmesh *quads, const uint8_t *sewn)
 {
     qw_env *env = o->run->env;
