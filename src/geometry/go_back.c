@@ -48,6 +48,7 @@ static qw_vec3 corner_cross(const qw_vec3 *position, const uint32_t *corner, uin
     return qw_cross(qw_sub(position[corner[(i + 1) & 3]], p), qw_sub(position[corner[(i + 3) & 3]], p));
 }
 
+/* Whether a quad that had the places `before` has a corner now that is folded and was not, or that faces elsewhere. */
 static bool turns_over(const qw_vec3 *before, const qw_vec3 *now, const uint32_t *corner)
 {
     qw_vec3 quad_is = qw_quad_cross(now, corner), quad_was = qw_quad_cross(before, corner);

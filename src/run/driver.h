@@ -46,8 +46,8 @@ typedef void (*qw_stage_function)(qw_run_state *run);
 qw_status qw_run_stage(qw_context_state *c, qw_stage_function function);
 qw_status qw_run_judged_stage(qw_context_state *c, qw_stage_function function);
 
-/* Before and after the stages of one call: discards those whose results the new options change, and then the attempts
-   that were kept. */
+/* Before and after the stages of one call up to `last`: at first the results that the new options would change are
+   forgotten, at the end the attempts that were kept to go back to. */
 void qw_begin_drive(qw_context_state *c, const qw_options *options, qw_stage last);
 void qw_end_drive(qw_context_state *c, qw_status status);
 

@@ -109,7 +109,8 @@ static bool land(void *user, uint32_t v, const double aimed[3], qw_spot *spot)
     return true;
 }
 
-/* The first direction is that to the middle of the neighbours. */
+/* Puts vertex v on the surface, into *here, and says how far and along which axes it may go from there: the first axis
+   leads to the middle of its neighbours. Returns the first step. */
 static double frame_of(void *user, uint32_t v, qw_spot *here, qw_vec3 axis[2])
 {
     squaring *s = user;

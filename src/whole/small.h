@@ -1,5 +1,6 @@
-/* Components that would get next to no quads are made straight from their triangles (remesh/quads/straight.h). The
-   stages from SURFACE on see the other components only. */
+/* Which components are small, or thin, is decided here (small.c: find_least among LEAST_APART and more, find_thin among
+   fewer): those that would get next to no quads are made straight from their triangles (remesh/quads/straight.h). The
+   stages from SURFACE on see the others only. */
 #pragma once
 
 #include "whole/state.h"

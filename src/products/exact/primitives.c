@@ -541,7 +541,8 @@ static void find_round(finder *f)
     }
 }
 
-/* A plane that is smaller than a quad holds none. */
+/* Keeps facets as planes: those of their triangles that lie on no round primitive, if they are together no smaller than
+   a quad, fit the plane, and end for a reason. quads: how many the whole surface gets. */
 static void find_planes(finder *f, uint32_t quads)
 {
     double whole = 0;

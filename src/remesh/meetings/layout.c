@@ -247,8 +247,10 @@ static int32_t line_length(const qw_layout *l, uint32_t start, unsigned quarter,
     return most;
 }
 
-/* Lines that leave by the corner of h: those whose quarter turns are nearest to its sides and between them in the real
-   layout, and `beyond` more on either side. Returns the sum of the lengths that it has found. */
+/* Measures the lines that leave by the corner of h. In the real layout these are the quarter turns nearest to its sides
+   and those between; `beyond` more on either side are tried, as integers turn short edges. length: of each line by its
+   number around the vertex, `most` where it is longer; only those below 0, not found so far, are looked for, and a line
+   is written where the integers have it within this corner. Returns the sum of what was written. */
 static int64_t measure_corner(const qw_layout *l, uint32_t h, unsigned beyond, int32_t most, int32_t *length)
 {
     int64_t sum = 0;

@@ -236,7 +236,9 @@ static void shrink_cells(void *user, uint32_t begin, uint32_t end)
     for (uint32_t c = begin; c < end; c++) t->even[c] *= (float)qw_pow((double)t->mean[c] * t->edge + FLAT, -t->power);
 }
 
-/* Sets w->even; bend, normal: [cells.count], filled in. */
+/* Sets w->even, the edge that curvature asks for before any bound: a product of powers of means, in balls of POWERS
+   radii, near to far, of how far cells bend at most and at least. At low strengths only what is near counts. bend: how
+   far each cell bends at most, normal: where it faces; [cells.count] both, filled in. */
 static void find_even(qw_env *env, const qw_trimesh *m, const qw_density_request *request, shape_sizes *w, float *bend,
                       qw_vec3 *normal)
 {
