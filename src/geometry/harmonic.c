@@ -34,7 +34,13 @@ static double cotangent_across(const qw_trimesh *m, uint32_t h)
     return sine > 0 ? (double)qw_dot(a, b) / sine : 0;
 }
 
-/* Edges of the patch, each once, with cotangent weights of at least LEAST_WEIGHT, and the diagonal of their sums. */
+double qw_cotangent_weight(const qw_trimesh *m, uint32_t h, bool is_rim)
+{
+    double sum = cotangent_across(m, h) + (is_rim ? 0 : cotangent_across(m, m->twin[h]));
+    return fmax(sum / 2, LEAST_WEIGHT);
+}
+
+/* Edges of the patch, each once, with their weights, and the diagonal of the sums of these. */
 static void set_weights(qw_harmonic *p, const uint32_t *of, uint32_t id)
 {
     const qw_trimesh *m = p->mesh;
@@ -43,8 +49,7 @@ static void set_weights(qw_harmonic *p, const uint32_t *of, uint32_t id)
             uint32_t t = m->twin[h], a = p->place[m->corner[h]], b = p->place[m->corner[qw_next(h)]];
             bool is_rim = t == QW_NONE || of[t / 3] != id;
             if (!is_rim && t < h) continue;
-            double w = cotangent_across(m, h) + (is_rim ? 0 : cotangent_across(m, t));
-            p->weight[p->edges] = fmax(w / 2, LEAST_WEIGHT);
+            p->weight[p->edges] = qw_cotangent_weight(m, h, is_rim);
             p->end[2 * p->edges] = a, p->end[2 * p->edges + 1] = b;
             p->diagonal[a] += p->weight[p->edges], p->diagonal[b] += p->weight[p->edges];
             p->edges++;

@@ -4,6 +4,10 @@
 
 #include "geometry/trimesh.h"
 
+/* The weight of an edge in linear finite elements: half the cotangents of the angles across from it, of its own face
+   alone at a rim, raised to a fiftieth so that functions have their extremes on rims. */
+double qw_cotangent_weight(const qw_trimesh *m, uint32_t h, bool is_rim);
+
 typedef struct qw_harmonic {
     const qw_trimesh *mesh;
     const uint32_t *face, face_count; /* of the piece */

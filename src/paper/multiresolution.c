@@ -223,11 +223,6 @@ qw_regular_counts qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_choice
         counts.cost += abs(change.x) + abs(change.y);
     }
     memcpy(m->d, l->complex[0].d, m->edge_count * sizeof *m->d);
-    memcpy(m->fixed, l->complex[0].fixed, m->edge_count);
-    for (uint32_t e = 0; e < m->edge_count; e++) { /* frees the components that a coarser level has freed */
-        if (m->d[e].x) m->fixed[e] &= (uint8_t)~QW_FIXED_X;
-        if (m->d[e].y) m->fixed[e] &= (uint8_t)~QW_FIXED_Y;
-    }
     qw_scope_end(env);
     return counts;
 }

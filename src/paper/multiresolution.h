@@ -17,5 +17,5 @@ typedef struct qw_collapse {
 bool qw_complex_collapse(qw_env *env, const qw_complex *fine, qw_complex *coarse, qw_collapse *map);
 void qw_complex_expand(const qw_complex *coarse, const qw_collapse *map, qw_complex *fine);
 
-/* Changes m->d (and m->fixed where components are released). */
+/* Changes m->d. */
 qw_regular_counts qw_make_regular(qw_env *env, qw_offset_mesh *m, qw_flow_choice kind, qw_cost_kind cost);

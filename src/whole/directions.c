@@ -2,6 +2,7 @@
 
 #include "products/attributes/crosses.h"
 #include "base/constants.h"
+#include "remesh/field/alignment.h"
 #include "whole/cut.h"
 #include "whole/guides.h"
 #include "whole/motion_on.h"
@@ -9,8 +10,8 @@
 #include <math.h>
 
 /* A movement that changes wholly within so many radii of a limb steers in full, one that takes twice as many not at
-   all. A limb's radius is told by how far it bends within an edge; LEAST_BEND is the least that is known of that. */
-static const float MOTION_RADII = 1, LEAST_BEND = 0.12f;
+   all. A limb's radius is told by how far it bends within an edge. */
+static const float MOTION_RADII = 1;
 
 static bool is_asked(const qw_run_state *run)
 {
@@ -23,7 +24,7 @@ static void add_motion(const qw_run_state *run, qw_vec3 *asked)
     const qw_trimesh *mesh = &run->working.mesh;
     qw_vec3 *change = qw_motion_on(run, mesh->position, run->normal, mesh->vertex_count);
     for (uint32_t v = 0; v < mesh->vertex_count; v++) {
-        float bend = fmaxf(run->alignment ? qw_length(run->alignment[v]) : 0, LEAST_BEND),
+        float bend = fmaxf(run->alignment ? qw_length(run->alignment[v]) : 0, QW_LEAST_BEND),
               share = MOTION_RADII * (float)run->rho * qw_length(change[v]) / bend;
         if (qw_length2(asked[v]) == 0)
             asked[v] = qw_scale(qw_normalize(change[v]),

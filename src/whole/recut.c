@@ -10,8 +10,6 @@
 
 /* Attempts; in the last all arcs keep their vertices whose polygons were not sound. */
 enum { CUTS = 6, LEAST_LOOP = 4 };
-/* In new edges, on either side of a vertex, a corner turns as it does at the vertex. */
-static const double CORNER_SPAN = 0.7;
 /* A new vertex this near to an old one, in spacings, is that. */
 static const double NEAR = 0.25;
 /* Cosine between the normals of a polygon before and after, at least; and the least of its area that is one, in squared
@@ -114,10 +112,11 @@ static uint32_t before_on_rim(const cutting *c, uint32_t i)
     return (i > c->old->begin[l] ? i : c->old->begin[l + 1]) - 1;
 }
 
-/* The point of the rim CORNER_SPAN new edges after rim vertex i, or before it (way -1); no farther than all around. */
+/* The point of the rim QW_CORNER_SPAN new edges after rim vertex i, or before it (way -1); no farther than all around.
+ */
 static void point_away(const cutting *c, uint32_t i, int way, double p[3])
 {
-    double left = CORNER_SPAN * c->edge;
+    double left = QW_CORNER_SPAN * c->edge;
     memcpy(p, position_of(c, vertex_at(c, i)), 3 * sizeof *p);
     for (uint32_t now = i; left > 0;) {
         uint32_t next = way > 0 ? next_on_rim(c, now) : before_on_rim(c, now), v = vertex_at(c, next);

@@ -15,6 +15,9 @@
 qw_vec3 *qw_principal_directions(qw_env *env, const qw_trimesh *surface, double h, const qw_vec3 *point,
                                  const qw_vec3 *normal, uint32_t count);
 
+/* The length of a direction says about how far the surface bends within h; shorter ones say no more than this. */
+static const float QW_LEAST_BEND = 0.12f;
+
 /* Adds the pull of the directions to the finest level, whose links are made: follow times as much as they are clear and
    agree. pulled: float[vertex_count]: the weights of what pulls, to be added to. */
 void qw_pull_along(qw_env *env, qw_connection_level *c, const qw_vec3 *axis, qw_vec3 *direction, float follow,

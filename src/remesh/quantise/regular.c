@@ -150,33 +150,6 @@ static void apply_flow(const qw_network *net, const arcs *a, qw_complex *c)
     }
 }
 
-/* Frees the constrained components of the edges that touch a part of the network whose sum cannot be made zero. */
-static uint32_t release_curves(const qw_network *net, const uint8_t *bad, qw_complex *c)
-{
-    uint32_t released = 0;
-    for (uint32_t e = 0; e < c->edge_count; e++)
-        for (int s = 0; s < 2 && c->fixed[e]; s++) {
-            uint32_t h = c->side[2 * e + (uint32_t)s];
-            if (h == QW_NONE) continue;
-            uint32_t f = h / 3;
-            if (bad[net->component[2 * f]] || bad[net->component[2 * f + 1]]) c->fixed[e] = 0, released++;
-        }
-    return released;
-}
-
-/* A network whose sums of supplies are zero in every component; curves are released until that is so. */
-static qw_network balanced_network(qw_env *env, qw_complex *c, qw_regular_counts *counts)
-{
-    for (;;) {
-        qw_network net = qw_network_build(env, c);
-        uint8_t *bad = QW_NEW(env, uint8_t, net.component_count);
-        if (qw_network_balance_sums(env, &net, c, bad) == 0) return net;
-        uint32_t released = release_curves(&net, bad, c);
-        counts->released += released;
-        if (released == 0) return net; /* what is left is counted by irregular_after */
-    }
-}
-
 int64_t qw_count_irregular(const qw_complex *c)
 {
     int64_t count = 0;
@@ -209,7 +182,8 @@ static void describe_network(const qw_network *net, qw_regular_counts *counts)
 static bool solve_balanced(qw_env *env, qw_complex *c, qw_flow_choice kind, qw_cost_kind cost, bool final,
                            qw_regular_counts *counts)
 {
-    qw_network net = balanced_network(env, c, counts);
+    qw_network net = qw_network_build(env, c);
+    qw_network_balance_sums(env, &net, c, NULL);
     arcs a = make_arcs(env, &net, c, cost);
     qw_flow_problem problem = {net.node_count, a.count, a.tail, a.head, a.capacity, a.cost, a.supply};
     qw_flow_result result = {0};

@@ -32,7 +32,7 @@ static const double APART_SHARE = 0.25, MOST_TOUCHING = 0.25;
 static void add_counts(qw_regular_counts *sum, const qw_regular_counts *c)
 {
     sum->nodes += c->nodes, sum->arcs += c->arcs, sum->network_components += c->network_components;
-    sum->free_variables += c->free_variables, sum->fixed_variables += c->fixed_variables, sum->released += c->released;
+    sum->free_variables += c->free_variables, sum->fixed_variables += c->fixed_variables;
     sum->half_variables += c->half_variables, sum->odd_cycles += c->odd_cycles,
         sum->capacity_rounds += c->capacity_rounds;
     sum->cost += c->cost, sum->irregular_before += c->irregular_before, sum->irregular_after += c->irregular_after;

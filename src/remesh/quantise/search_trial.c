@@ -1,6 +1,5 @@
 #include "remesh/quantise/search_trial.h"
 
-#include "base/mechanisms.h"
 #include "base/lanes.h"
 #include "remesh/quantise/bidirected.h"
 #include "remesh/quantise/circuits.h"
@@ -10,8 +9,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Flows that a trial may take until its integers are closed, each from where the last has ended; the last of them may
-   release what is fixed. */
+/* Flows that a trial may take until its integers are closed, each from where the last has ended; capacities of the last
+   of them open until they are. */
 enum { BIDIRECTED_ROUNDS = 4 };
 /* Steps that a circuit may have which improves known integers. */
 enum { LONGEST_CIRCUIT = 48 };
@@ -65,12 +64,10 @@ static void choose_integers(qw_env *env, const qw_complex *real, qw_trial *t, qw
         keep_sign(c, e);
     }
     for (int i = 0; i < BIDIRECTED_ROUNDS && !qw_complex_is_closed(c); i++) {
-        const qw_network *network = i == 0 ? t->network : NULL; /* later rounds may have released what was fixed */
-        qw_solve_complex(env, c, network, QW_FLOW_MCF, QW_COST_SQUARE,
-                         i + 1 == BIDIRECTED_ROUNDS && qw_uses(env, QW_MECH_CURVES_BENT), i == 0 ? potential : NULL,
+        bool is_last = i + 1 == BIDIRECTED_ROUNDS;
+        qw_solve_complex(env, c, t->network, QW_FLOW_MCF, QW_COST_SQUARE, is_last, i == 0 ? potential : NULL,
                          &t->counts);
     }
-    qw_did(env, QW_MECH_CURVES_BENT, t->counts.released);
     if (t->noise > 0) qw_trial_aim(real, t, c->real);
 }
 

@@ -237,8 +237,8 @@ static void shrink_cells(void *user, uint32_t begin, uint32_t end)
 }
 
 /* Sets w->even, the edge that curvature asks for before any bound: a product of powers of means, in balls of POWERS
-   radii, near to far, of how far cells bend at most and at least. At low strengths only what is near counts. bend: how
-   far each cell bends at most, normal: where it faces; [cells.count] both, filled in. */
+   radii, near to far, of both curvatures of the cells together and of the lesser one. At low strengths only what is
+   near counts. bend: both curvatures of each cell, normal: where it faces; [cells.count] both, filled in. */
 static void find_even(qw_env *env, const qw_trimesh *m, const qw_density_request *request, shape_sizes *w, float *bend,
                       qw_vec3 *normal)
 {

@@ -1,13 +1,13 @@
 #include "remesh/sizes/turning.h"
 
 #include "base/elementary.h"
+#include "geometry/harmonic.h"
 #include "solve/cg.h"
 
 #include <assert.h>
 #include <math.h>
 
-/* Weights of edges between obtuse triangles are raised to this. */
-static const double LEAST_WEIGHT = 0.02, TOLERANCE = 1e-3;
+static const double TOLERANCE = 1e-3;
 
 typedef struct diffusion {
     uint32_t vertices, edges, *end; /* uint32_t[2 edges] */
@@ -25,14 +25,6 @@ static void apply(void *user, qw_env *env, const double *x, double *y)
         double flow = d->time * d->weight[e] * (x[a] - x[b]);
         y[a] += flow, y[b] -= flow;
     }
-}
-
-static double cotangent_at(const qw_trimesh *m, uint32_t h)
-{
-    const qw_vec3 p = m->position[m->corner[h]], a = qw_sub(m->position[m->corner[qw_next(h)]], p),
-                  b = qw_sub(m->position[m->corner[qw_prev(h)]], p);
-    double sine = (double)qw_length(qw_cross(a, b));
-    return sine > 0 ? (double)qw_dot(a, b) / sine : 0;
 }
 
 /* The angle of an edge times its length, positive where convex; in a cut half of that between a face and its image. At
@@ -66,13 +58,13 @@ float *qw_turning(qw_env *env, const qw_trimesh *m, const double *cut, double wi
                    QW_NEW(env, double, 3 * (size_t)m->face_count),
                    0};
     for (uint32_t h = 0; h < 3 * m->face_count; h++) {
-        uint32_t t = m->twin[h], a = m->corner[h], b = m->corner[qw_next(h)];
+        uint32_t a = m->corner[h], b = m->corner[qw_next(h)];
         d.area[a] += (double)qw_length(qw_face_cross(m, h / 3)) / 6;
         if (!qw_stands_for_edge(m, h)) continue;
         double by = turn_at(m, h, cut) / 2;
         turn[a] += by, turn[b] += by;
-        double w = cotangent_at(m, qw_prev(h)) + (t == QW_NONE ? 0 : cotangent_at(m, qw_prev(t)));
-        d.end[2 * d.edges] = a, d.end[2 * d.edges + 1] = b, d.weight[d.edges++] = fmax(w / 2, LEAST_WEIGHT);
+        d.end[2 * d.edges] = a, d.end[2 * d.edges + 1] = b;
+        d.weight[d.edges++] = qw_cotangent_weight(m, h, m->twin[h] == QW_NONE);
     }
     double before = 0; /* the square of the width so far */
     for (uint32_t i = 0; i < count; i++) {

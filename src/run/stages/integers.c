@@ -39,7 +39,7 @@ static const double MEAN_OFFSET = 2;
 static const double MOST_WIDE = 0.25, LESS_WIDE = 0.88;
 enum { FEW_CONES = 24 };
 /* See lessen: a tenth is a slope of 6 degrees. */
-static const float TILTS[] = {0.1f, 0.02f, 0.005f}, LEAST_CLEAR = 0.12f;
+static const float TILTS[] = {0.1f, 0.02f, 0.005f};
 
 /* Directions that the caller asks for take the place of those of the shape, which may be NULL. */
 static qw_vec3 *with_asked(qw_env *env, qw_vec3 *of_shape, const qw_vec3 *asked, uint32_t count)
@@ -79,7 +79,7 @@ static qw_vec3 *lessen(const qw_run_state *run, const float *slope, float tilt)
     uint32_t n = run->working.mesh.vertex_count;
     qw_vec3 *less = QW_NEW(run->env, qw_vec3, n);
     for (uint32_t v = 0; v < n; v++) {
-        float bend = fmaxf(qw_length(run->alignment[v]), LEAST_CLEAR), /* about the curvature, in 1 / rho */
+        float bend = fmaxf(qw_length(run->alignment[v]), QW_LEAST_BEND), /* about the curvature, in 1 / rho */
             t = slope[v] * (float)run->rho / (tilt * bend);
         less[v] = qw_scale(run->alignment[v], 1 / (1 + t * t));
     }
@@ -126,8 +126,11 @@ void qw_stage_ORIENTATION(qw_run_state *run)
     float *radius = QW_NEW(env, float, mesh->vertex_count),
           edges = (float)(CURVATURE_RADIUS * qw_smoothness(&resolution) * qw_working_edges(&resolution));
     for (uint32_t v = 0; v < mesh->vertex_count; v++) radius[v] = edges * run->working.target[v] * run->smoothed[v];
-    float *turn = qw_diffuse_curvature(env, mesh, &hierarchy->level[0], radius,
-                                       qw_has_density(run) ? run->working.target : NULL);
+    float *turn = NULL;
+    if (qw_uses(env, QW_MECH_CURVATURE_DIFFUSION))
+        turn = qw_diffuse_curvature(env, mesh, &hierarchy->level[0], radius,
+                                    qw_has_density(run) ? run->working.target : NULL);
+    qw_did(env, QW_MECH_CURVATURE_DIFFUSION, turn != NULL);
     run->alignment = NULL;
     if (run->options.follow > 0)
         run->alignment = qw_principal_directions(env, &run->surface, run->rho, mesh->position, run->normal,

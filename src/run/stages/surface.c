@@ -44,9 +44,6 @@ static const double SMALLER = 1.0 / 3;
 static const double COARSEN_TWICE = 0.5;
 /* Radius of normal smoothing, in edge lengths of the quads for a smoothness of 1: docs/dev/decisions/orientation.md. */
 static const double NORMAL_RADIUS = 0.75;
-/* A feature curve has a corner where it turns by more than QW_CORNER_ANGLE both at the vertex itself and between the
-   points of the curve this many edges of the quads before and after it: there is no room for a corner in less. */
-static const float CORNER_SPAN = 0.7f;
 
 /* "3 triangles": the unit is given for one. */
 static void warn_of(qw_run_state *run, int64_t count, const char *unit, const char *what)
@@ -338,7 +335,7 @@ void qw_set_holds(qw_run_state *run)
     const qw_trimesh *mesh = &run->working.mesh;
     qw_resolution_request resolution = qw_resolution_of(run);
     float *reach = half_sizes(run, qw_working_edges(&resolution));
-    for (uint32_t v = 0; v < mesh->vertex_count; v++) reach[v] *= 2 * CORNER_SPAN;
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) reach[v] *= 2 * (float)QW_CORNER_SPAN;
     uint8_t *cut = find_cut(run, mesh);
     bool aligns = run->options.align_boundary != 0 || cut; /* the cut is a boundary */
     qw_find_constraints(run->env, mesh, aligns, QW_CORNER_ANGLE, reach, cut, &run->constraint, &run->direction);
