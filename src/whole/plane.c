@@ -31,7 +31,7 @@ static const double SHORTER = 0.95;
 /* The nearest point of the surface is looked for within so many diagonals of a reflected sample. */
 static const double REACH = 0.1;
 /* Rounds go on while each lowers the mean distance to less than this share; a start is given up if the distance is
-   above HOPELESS diagonals after two rounds. */
+   above HOPELESS diagonals after two rounds, and about samples alone after one. */
 static const double SHRINKS = 0.98, HOPELESS = 0.04;
 /* Planes are looked for about triangles at the samples first, together so many times as large as the surface: what is
    too far off then is no plane of the surface, and of the rest those are improved about the surface itself whose mean
@@ -252,10 +252,11 @@ static qw_mirror_search improve(plane_search *s, qw_mirror_plane plane, bool is_
 {
     assert(s->bvh && s->distance);
     qw_mirror_search best = {plane, DBL_MAX, DBL_MAX, DBL_MAX};
-    double shrinks = s->seen == s->mesh ? SHRINKS : 1 / ROUGHLY;
+    bool is_rough = s->seen != s->mesh;
+    double shrinks = is_rough ? 1 / ROUGHLY : SHRINKS;
     for (int round = 0; round < ROUNDS; round++) {
         double gap = reflect_all(s, &plane, s->samples);
-        bool goes_on = gap < shrinks * best.gap && !(round > 0 && gap > HOPELESS);
+        bool goes_on = gap < shrinks * best.gap && (gap <= HOPELESS || (round == 0 && !is_rough));
         if (gap < best.gap) best.gap = gap, best.plane = plane;
         if (!goes_on) break;
         plane = next_plane(s, &plane, is_free);
@@ -377,7 +378,20 @@ static uint32_t begin_all(plane_search *s, int axis, beginning *all)
     return count;
 }
 
-/* Improves all planes about the triangles of the samples, and keeps those that may be the best. */
+static bool are_parallel(const qw_mirror_plane *a, const qw_mirror_plane *b)
+{
+    return fabs(dot(a->normal, b->normal)) >= QW_PARALLEL_COSINE;
+}
+
+/* Whether one before it that is as free leads to the same plane. */
+static bool is_double(const beginning *all, uint32_t i)
+{
+    for (uint32_t k = 0; k < i; k++)
+        if (all[k].is_free == all[i].is_free && are_parallel(&all[k].from.plane, &all[i].from.plane)) return true;
+    return false;
+}
+
+/* Improves all planes about the triangles of the samples, and keeps those that may be the best, each once. */
 static uint32_t improve_roughly(plane_search *s, beginning *all, uint32_t count)
 {
     double best = DBL_MAX;
@@ -386,8 +400,10 @@ static uint32_t improve_roughly(plane_search *s, beginning *all, uint32_t count)
         all[i].from = improve(s, all[i].from.plane, all[i].is_free);
         best = fmin(best, all[i].from.gap);
     }
-    for (uint32_t i = 0; i < count; i++)
-        if (all[i].from.gap <= ROUGHLY * best + ROUGH) all[kept++] = all[i];
+    for (uint32_t i = 0; i < count; i++) {
+        all[kept] = all[i];
+        kept += all[i].from.gap <= ROUGHLY * best + ROUGH && !is_double(all, kept);
+    }
     return kept;
 }
 
@@ -405,10 +421,7 @@ static uint32_t improve_all(plane_search *s, const beginning *all, uint32_t coun
         if (!all[i].is_free) continue;
         qw_mirror_search one = improve(s, all[i].from.plane, true);
         bool is_new = good == 0 || !is_as_good(found[0].gap, one.gap);
-        for (uint32_t k = 0; k < others && is_new; k++) {
-            const double *a = other[k].plane.normal, *n = one.plane.normal;
-            is_new = fabs(a[0] * n[0] + a[1] * n[1] + a[2] * n[2]) < QW_PARALLEL_COSINE;
-        }
+        for (uint32_t k = 0; k < others && is_new; k++) is_new = !are_parallel(&other[k].plane, &one.plane);
         if (is_new) other[others++] = one;
     }
     if (others == 0) return good;
