@@ -7,7 +7,7 @@
 #include <assert.h>
 #include <math.h>
 
-static const double TOLERANCE = 1e-3;
+static const double TOLERANCE = 1e-2;
 
 typedef struct diffusion {
     uint32_t vertices, edges, *end; /* uint32_t[2 edges] */
