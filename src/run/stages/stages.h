@@ -12,8 +12,8 @@
 /* Whether the integers come from closed offsets, which need no position field. */
 static inline bool qw_is_closed_flow(const qw_options *options) { return options->flow == QW_FLOW_CLOSED; }
 
-/* In SURFACE, and for the other side of a plane of symmetry: sets run->surface, its census and its tree, for the quads
-   of run->surface_faces, from the core. */
+/* In SURFACE, and for the other side of a plane of symmetry: sets run->surface and its census, for the quads of
+   run->surface_faces, from the core; run->tree is still to be built. */
 void qw_prepare_surface(qw_run_state *run);
 
 /* What HIERARCHY leaves, for a stage that finds none: whole/state.h. In the current scope. */
