@@ -298,17 +298,6 @@ static void engrave_taken(taking *t)
     }
 }
 
-/* What dents are looked for on: the surface, or a coarser one where it is much finer than the quads. */
-static qw_trimesh surface_of_dents(const qw_run_state *run, double rho)
-{
-    const qw_trimesh *s = &run->surface;
-    double edge = QW_CONDENSED * rho;
-    if (s->face_count <= qw_trimesh_area(s) / (QW_EQUILATERAL_AREA * edge * edge)) return *s;
-    float *length = QW_NEW(run->env, float, s->vertex_count);
-    for (uint32_t v = 0; v < s->vertex_count; v++) length[v] = (float)edge;
-    return qw_condensed_mesh(run->env, s, &run->surface_census, length);
-}
-
 static bool finds_rings(const qw_run_state *run)
 {
     return run->options.rings > 0 && !run->plan.ringless && qw_uses(run->env, QW_MECH_NECKS) &&
@@ -328,7 +317,8 @@ qw_necks qw_necks_of_surface(const qw_run_state *run, double rho)
     if (!finds_rings(run)) return none;
     qw_scope_begin(run->env);
     bool dents = run->mirror.is_used && !run->mirror.own;
-    qw_trimesh surface = dents ? surface_of_dents(run, rho) : run->surface;
+    qw_trimesh surface = run->surface; /* of dents one no finer than they need */
+    if (dents) surface = qw_evenly_condensed_mesh(run->env, &run->surface, &run->surface_census, QW_CONDENSED * rho);
     qw_necks necks = qw_find_necks(run->env, &surface, rho, qw_cuts_in_frame(run), run->input.cuts, dents,
                                    run->options.rings);
     qw_keep(run->env, necks.begin), qw_keep(run->env, necks.point), qw_keep(run->env, necks.kind);

@@ -35,7 +35,8 @@ static const double REACH = 0.1;
 static const double SHRINKS = 0.98, HOPELESS = 0.04;
 /* Planes are looked for about triangles at the samples first, together so many times as large as the surface: what is
    too far off then is no plane of the surface, and of the rest those are improved about the surface itself whose mean
-   distance is at most ROUGHLY times that of the best, plus ROUGH diagonals. Rounds there lower it by that factor. */
+   distance is at most ROUGHLY times that of the best, plus ROUGH diagonals. About
+   samples rounds go on while each lowers it by that factor. */
 static const double COVERED = 2, ROUGHLY = 1.3, ROUGH = 2e-3;
 /* What is added to the normal equations' diagonal, of its sum. */
 static const double DAMPING = 1e-6;
@@ -383,11 +384,14 @@ static bool are_parallel(const qw_mirror_plane *a, const qw_mirror_plane *b)
     return fabs(dot(a->normal, b->normal)) >= QW_PARALLEL_COSINE;
 }
 
-/* Whether one before it that is as free leads to the same plane. */
+/* Whether one before it that is as free leads to a plane parallel to it, and roughly as good. */
 static bool is_double(const beginning *all, uint32_t i)
 {
+    const beginning *b = &all[i];
     for (uint32_t k = 0; k < i; k++)
-        if (all[k].is_free == all[i].is_free && are_parallel(&all[k].from.plane, &all[i].from.plane)) return true;
+        if (all[k].is_free == b->is_free && all[k].from.gap <= ROUGHLY * b->from.gap &&
+            are_parallel(&all[k].from.plane, &b->from.plane))
+            return true;
     return false;
 }
 

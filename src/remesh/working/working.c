@@ -447,6 +447,17 @@ qw_trimesh qw_condensed_mesh(qw_env *env, const qw_trimesh *input, const qw_cens
     return mesh;
 }
 
+qw_trimesh qw_evenly_condensed_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, double length)
+{
+    assert(length > 0);
+    if (input->face_count <= qw_trimesh_area(input) / (QW_EQUILATERAL_AREA * length * length)) return *input;
+    float *everywhere = QW_NEW(env, float, input->vertex_count);
+    for (uint32_t v = 0; v < input->vertex_count; v++) everywhere[v] = (float)length;
+    qw_trimesh mesh = qw_condensed_mesh(env, input, census, everywhere);
+    qw_free(env, everywhere);
+    return mesh;
+}
+
 /* The working mesh: coarsened, cut, refined and smoothed. wanted: float[vertices] or NULL; base_target:
  * float[vertices] or NULL. */
 static qw_working make_working(qw_env *env, const qw_trimesh *input, const qw_census *census, uint32_t least_faces,

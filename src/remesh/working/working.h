@@ -35,5 +35,8 @@ qw_working qw_working_mesh(qw_env *env, const qw_trimesh *input, const qw_census
    In the current scope. */
 qw_trimesh qw_condensed_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, const float *length);
 
-/* The same with hardly a bound of how few triangles a component may have. */
+/* The same for one length everywhere; the input itself where such edges would give no fewer triangles. */
+qw_trimesh qw_evenly_condensed_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, double length);
+
+/* A working mesh with hardly a bound of how few triangles a component may have. */
 qw_working qw_coarsest_mesh(qw_env *env, const qw_trimesh *input, const qw_census *census, const float *target);

@@ -34,8 +34,8 @@
 /* The surface is prepared for the next half power of ten of faces, so that it serves other counts as well: 1,000,
  * 3,162, 10,000. */
 static const double SURFACE_STEP = 3.16227766016838;
-/* A surface is coarsened (QW_CONDENSED) as for so many quads where they are fewer and protrusions thinner than an edge.
- */
+/* Where fewer quads are wanted a surface is coarsened (QW_CONDENSED) as for so many: protrusions may be thinner than an
+   edge then. */
 static const double LEAST_CONDENSED = 1000;
 enum { PIECES = 32 }; /* triangles for each of that size, at most, where long ones are cut */
 /* Of the mean edge: the smallest quads for which a surface is kept fine enough where quads differ in size. */
@@ -199,13 +199,13 @@ static double room_for(const qw_trimesh *s, const float *length)
     return room;
 }
 
-/* The surface with edges of these lengths, which are asked for at its vertices. */
-static void coarsen(qw_run_state *run, const float *length)
+/* Makes it the surface. */
+static void take_condensed(qw_run_state *run, const qw_trimesh *condensed)
 {
     qw_env *env = run->env;
     qw_trimesh *s = &run->surface;
     qw_log(env, QW_LOG_DEBUG, "condensed from %u triangles", s->face_count);
-    *s = qw_condensed_mesh(env, s, &run->surface_census, length);
+    *s = *condensed;
     assert(s->face_count > 0);
     run->surface_census = qw_trimesh_census(env, s);
     qw_keep(env, s->position), qw_keep(env, s->corner), qw_keep(env, s->twin), qw_keep(env, s->mark);
@@ -226,31 +226,9 @@ static bool condense_for_sizes(qw_run_state *run, double rho)
     double strength = run->input.density || run->options.around > 0 ? 1 : run->options.adaptive,
            smallest = qw_pow(SMALLER, strength) / (qw_follows_motion(run) ? (double)QW_MOST_SHORTER : 1),
            edge = QW_CONDENSED * smallest * rho;
-    if (run->surface.face_count > dense_for(run, edge)) {
-        qw_scope_begin(run->env);
-        float *length = QW_NEW(run->env, float, run->surface.vertex_count);
-        for (uint32_t v = 0; v < run->surface.vertex_count; v++) length[v] = (float)edge;
-        coarsen(run, length);
-        qw_scope_end(run->env);
-    }
+    qw_trimesh even = qw_evenly_condensed_mesh(run->env, &run->surface, &run->surface_census, edge);
+    if (even.corner != run->surface.corner) take_condensed(run, &even);
     return smallest < COARSEN_TWICE;
-}
-
-/* A surface much finer than the quads is made coarser once, so that what follows, and runs for other counts, have less
- * to look at. */
-static void condense(qw_run_state *run, double rho)
-{
-    rho = fmin(rho, sqrt(run->core.area / LEAST_CONDENSED));
-    qw_env *env = run->env;
-    qw_trimesh *s = &run->surface;
-    if (qw_has_density(run) && (!condense_for_sizes(run, rho) || run->options.around > 0)) return;
-    double share = QW_CONDENSED * (qw_keeps_rims(run) ? SMALLER : 1);
-    if (s->face_count <= dense_for(run, share * rho)) return;
-    qw_scope_begin(env);
-    float *base_target, *length = qw_wanted_size(run, rho, &base_target, NULL, NULL);
-    for (uint32_t v = 0; v < s->vertex_count; v++) length[v] *= (float)QW_CONDENSED;
-    if (s->face_count > room_for(s, length)) coarsen(run, length);
-    qw_scope_end(env);
 }
 
 /* Frees what of a surface neither the run's nor the core has. */
@@ -262,6 +240,27 @@ static void free_surface(const qw_run_state *run, const qw_trimesh *s)
     if (s->twin != kept->twin && s->twin != core->twin) qw_free(run->env, s->twin);
     if (s->mark != kept->mark && s->mark != core->mark) qw_free(run->env, s->mark);
     if (s->point != kept->point && s->point != core->point) qw_free(run->env, s->point);
+}
+
+/* A surface much finer than the quads is made coarser once, so that what follows, and runs for other counts, have less
+ * to look at. */
+static void condense(qw_run_state *run, double rho)
+{
+    rho = fmin(rho, sqrt(run->core.area / LEAST_CONDENSED));
+    qw_env *env = run->env;
+    qw_trimesh *s = &run->surface, fine = *s;
+    if (qw_has_density(run) && (!condense_for_sizes(run, rho) || run->options.around > 0)) return;
+    double share = QW_CONDENSED * (qw_keeps_rims(run) ? SMALLER : 1);
+    if (s->face_count <= dense_for(run, share * rho)) return;
+    qw_scope_begin(env);
+    float *base_target, *length = qw_wanted_size(run, rho, &base_target, NULL, NULL);
+    for (uint32_t v = 0; v < s->vertex_count; v++) length[v] *= (float)QW_CONDENSED;
+    if (s->face_count > room_for(s, length)) {
+        qw_trimesh even = *s, condensed = qw_condensed_mesh(env, s, &run->surface_census, length);
+        take_condensed(run, &condensed);
+        if (even.corner != fine.corner) free_surface(run, &even);
+    }
+    qw_scope_end(env);
 }
 
 /* Draws the curves that are to have rings, and makes the surface coarser. As there are rarely any, they are looked for
