@@ -9,9 +9,9 @@
 #include <math.h>
 #include <string.h>
 
-/* A band is as wide as so many radii of the circle of its curve's length: beside what a person drew, and dents, one, so
-   that the rings asked for are near, beside necks more, as a limb goes on. */
-static const double WIDEST_FLAT = 1 / (2 * QW_PI), WIDEST_NECK = 3 / (2 * QW_PI);
+/* A band is as wide as so many radii of the circle of its curve's length, by the kind: beside what a person drew, and
+   dents, one, so that the rings asked for are near; a limb goes on, and so does what lies around a socket. */
+static const double WIDEST[] = {[QW_LIMB] = 1.5, [QW_POCKET] = 1.75, [QW_DENT] = 1};
 /* Where a band of the wanted width is no annulus, narrower ones are tried, each by this share. */
 enum { TRIES = 10 };
 /* Near the far rim of a band, above this value, the harmonic function follows its jags. The band is found wider than
@@ -19,10 +19,9 @@ enum { TRIES = 10 };
    them. From there to those of the middle so many edges at least are free. */
 static const double SMOOTH = 0.9;
 static const float SPARE = 2, BEYOND = 0.5f;
-/* Sizes grow with the lines around, up to so many times; they do not shrink with them, as rows would be too thin. */
-static const double MOST_RATIO = 2.5;
-/* Where lines get shorter away from the curve, rings are laid until they are as short as this share of it: as many
-   quads go around what is left inside, which are that much smaller then. */
+/* Sizes grow with the lines around; they do not shrink with them, as rows would be too thin. Where lines get shorter
+   away from the curve, rings are laid until they are as short as this share of it: as many quads go around what is left
+   inside, which are that much smaller then. */
 static const double LEAST_RATIO = 0.6;
 /* No nest needs more than this many times what it may reach; what a curve encloses lies no farther. */
 static const float FAR = 3;
@@ -258,7 +257,7 @@ static side_fit measure(nesting *g, uint32_t nest, int side, const float *size)
     if (fit.width == 0) return fit;
     fit.even = even_edge(g, size);
     double by = growth(g, nest, length);
-    fit.ratio = fmin(1 + (double)fit.width * by, MOST_RATIO);
+    fit.ratio = 1 + (double)fit.width * by;
     if (fit.ratio < LEAST_RATIO) fit.ratio = LEAST_RATIO, fit.width = (float)((LEAST_RATIO - 1) / by);
     return fit;
 }
@@ -290,13 +289,15 @@ static bool is_opening(const nesting *g, uint32_t nest)
     return false;
 }
 
-/* Sizes in the band on one side, as long as the lines there are; beside an opening what is smaller stays. What the
-   rings enclose has as many quads around as the curve: a square of a quarter as many on each side. */
+/* Sizes in the band on one side, as long as the lines there are; what is smaller stays beside an opening, and where
+   lines get longer around a limb: an ear's rings end beside an eye. What the rings enclose has as many quads
+   around as the curve: a square of a quarter as many on each side. */
 static void write_sizes(nesting *g, uint32_t nest, int side, const side_fit *fit, float *size)
 {
     const qw_nest *n = &g->nests->nest[nest];
     if (fit->width == 0) return;
-    bool all = grow_inside(g, nest, side), at_rim = is_opening(g, nest);
+    bool all = grow_inside(g, nest, side), widens = n->kind == QW_LIMB && fit->ratio > 1,
+         stays = widens || is_opening(g, nest);
     double halves = is_closed(n) ? 1 : 2;
     double middle = 2 * sqrt(QW_PI * halves * area_beyond(g, n->reach[side])) / ring_length(n);
     if (!all && grow_widest(g, nest, side, n->reach[side] + SPARE * n->edge) == 0) return;
@@ -305,7 +306,7 @@ static void write_sizes(nesting *g, uint32_t nest, int side, const side_fit *fit
         double longer = fmax(1 + (fit->ratio - 1) * (double)(g->distance[v] / fit->width), 1);
         bool is_band = !all || g->distance[v] <= n->reach[side];
         float most = n->edge * (float)(is_band ? longer : middle);
-        size[v] = is_band && !at_rim ? most : fminf(size[v], most);
+        size[v] = is_band && !stays ? most : fminf(size[v], most);
     }
 }
 
@@ -313,13 +314,13 @@ static void write_sizes(nesting *g, uint32_t nest, int side, const side_fit *fit
 static void fit_nest(nesting *g, uint32_t nest, float *size)
 {
     qw_nest *n = &g->nests->nest[nest];
-    if (n->ends_inside && is_opening(g, nest)) n->rings *= 2, n->most_rings *= 2; /* both sides' on one */
+    if (n->kind == QW_DENT && is_opening(g, nest)) n->rings *= 2, n->most_rings *= 2; /* both sides' on one */
     side_fit fit[QW_SIDES];
     double radius = ring_length(n) / (2 * QW_PI);
     double edge = fmin(mean_on_curve(g, nest, size), ring_length(n) / QW_LEAST_AROUND);
     for (int side = 0; side < QW_SIDES; side++) fit[side] = measure(g, nest, side, size);
     /* around a limb the sizes on the curve are those of the band */
-    if (n->ends_inside) edge = fmin(edge, fmin(fit[QW_LEFT].even, fit[QW_RIGHT].even));
+    if (n->kind == QW_DENT) edge = fmin(edge, fmin(fit[QW_LEFT].even, fit[QW_RIGHT].even));
     for (int side = 0; side < QW_SIDES; side++) /* a side with half the room that the inside of a circle has counts */
         if ((double)fit[side].width > 0.5 * (1 - LEAST_RATIO) * radius)
             edge = fmin(edge, (double)fit[side].width / (n->rings * mean_row(fit[side].ratio)));
@@ -341,8 +342,8 @@ void qw_fit_nests(qw_env *env, const qw_trimesh *surface, const qw_nests *nests,
     qw_scope_begin(env);
     for (uint32_t i = 0; i < nests->count; i++) {
         qw_nest *n = &nests->nest[i];
-        double widest = n->most_rings > 0 ? n->ends_inside ? WIDEST_FLAT : WIDEST_NECK : 0;
-        n->reach[QW_LEFT] = n->reach[QW_RIGHT] = (float)(widest * ring_length(n));
+        double radius = ring_length(n) / (2 * QW_PI);
+        n->reach[QW_LEFT] = n->reach[QW_RIGHT] = n->most_rings > 0 ? (float)(WIDEST[n->kind] * radius) : 0;
     }
     nesting g = begin(env, surface, nests);
     for (uint32_t i = 0; i < nests->count; i++)
@@ -467,7 +468,8 @@ int64_t qw_direct_nests(qw_env *env, const qw_trimesh *mesh, const qw_nests *nes
             count += write_directions(&g, &p, side == QW_LEFT ? 1 : -1, n->reach[side] + BEYOND * n->edge, constraint,
                                       direction);
             qw_scope_end(env);
-            if (n->ends_inside && grow_inside(&g, i, side)) direct_middle(&g, n, n->reach[side], constraint, direction);
+            if (n->kind == QW_DENT && grow_inside(&g, i, side))
+                direct_middle(&g, n, n->reach[side], constraint, direction);
         }
     }
     qw_scope_end(env);
