@@ -55,8 +55,8 @@ void qw_smooth_guide(const qw_run_state *run, uint32_t guide, const qw_vec3 *poi
 static const double NEST_SHARE = 0.15;
 
 /* Rings on each side of a neck for which edges are short enough, at strength 0.5: as many as rows lie across so many
-   quads, by the kind, at most MOST_RINGS. And of those of necks that have room anyway. */
-static const double QUADS_OF_RINGS[] = {[QW_LIMB] = 500, [QW_POCKET] = 350, [QW_DENT] = 350};
+   quads, at most MOST_RINGS. And of those that have room anyway. */
+static const double QUADS_OF_RINGS = 350;
 enum { MOST_RINGS = 6, LEAST_RINGS = 3 };
 
 qw_nests qw_nests_of_guides(const qw_run_state *run, double rho)
@@ -73,6 +73,8 @@ qw_nests qw_nests_of_guides(const qw_run_state *run, double rho)
     for (uint32_t g = 0; g < s->guide_count; g++) most += qw_has_rings(run, g);
     for (uint32_t i = 0; i < run->necks.count; i++) most += run->necks.kind[i] != QW_LIMB;
     most = sqrt(NEST_SHARE * faces / (4 * QW_PI * most));
+    double wanted = fmin(sqrt(qw_times_used(run) * faces / QUADS_OF_RINGS), MOST_RINGS) *
+                    fmin(2 * run->options.rings, 1);
     for (uint32_t g = 0; g < s->guide_count; g++) {
         if (!qw_has_rings(run, g)) continue;
         qw_nest *n = &nests.nest[nests.count++];
@@ -87,8 +89,6 @@ qw_nests qw_nests_of_guides(const qw_run_state *run, double rho)
         n->point = run->necks.point + begin, n->point_count = run->necks.begin[i + 1] - begin;
         n->kind = run->necks.kind[i];
         if (!qw_fits_on_neck(n->point, n->point_count, rho, n->kind)) continue; /* without rings: none of them */
-        double wanted = fmin(sqrt(qw_times_used(run) * faces / QUADS_OF_RINGS[n->kind]), MOST_RINGS) *
-                        fmin(2 * run->options.rings, 1);
         n->rings = fmax(n->kind == QW_LIMB ? wanted : fmin(wanted, most), 1);
         n->most_rings = n->kind == QW_DENT ? n->rings : fmax(LEAST_RINGS, n->rings);
     }

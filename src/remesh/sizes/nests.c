@@ -9,9 +9,9 @@
 #include <math.h>
 #include <string.h>
 
-/* A band is as wide as so many radii of the circle of its curve's length, by the kind: beside what a person drew, and
-   dents, one, so that the rings asked for are near; a limb goes on, and so does what lies around a socket. */
-static const double WIDEST[] = {[QW_LIMB] = 1.5, [QW_POCKET] = 1.75, [QW_DENT] = 1};
+/* A band is as wide as so many radii of the circle of its curve's length: beside what a person drew, and dents, one, so
+   that the rings asked for are near, beside necks more, as a limb goes on. */
+static const double WIDEST_FLAT = 1 / (2 * QW_PI), WIDEST_NECK = 3 / (2 * QW_PI);
 /* Where a band of the wanted width is no annulus, narrower ones are tried, each by this share. */
 enum { TRIES = 10 };
 /* Near the far rim of a band, above this value, the harmonic function follows its jags. The band is found wider than
@@ -19,10 +19,10 @@ enum { TRIES = 10 };
    them. From there to those of the middle so many edges at least are free. */
 static const double SMOOTH = 0.9;
 static const float SPARE = 2, BEYOND = 0.5f;
-/* Sizes grow with the lines around; they do not shrink with them, as rows would be too thin. Where lines get shorter
-   away from the curve, rings are laid until they are as short as this share of it: as many quads go around what is left
-   inside, which are that much smaller then. */
-static const double LEAST_RATIO = 0.6;
+/* Rings are laid until they are this many times as long as the curve, or as short as this share of it: as many quads go
+   around what is left beyond, which are that much larger or smaller then. Sizes grow with the lines around; they do not
+   shrink with them, as rows would be too thin. */
+static const double MOST_RATIO = 2.5, LEAST_RATIO = 0.6;
 /* No nest needs more than this many times what it may reach; what a curve encloses lies no farther. */
 static const float FAR = 3;
 
@@ -257,8 +257,9 @@ static side_fit measure(nesting *g, uint32_t nest, int side, const float *size)
     if (fit.width == 0) return fit;
     fit.even = even_edge(g, size);
     double by = growth(g, nest, length);
-    fit.ratio = 1 + (double)fit.width * by;
-    if (fit.ratio < LEAST_RATIO) fit.ratio = LEAST_RATIO, fit.width = (float)((LEAST_RATIO - 1) / by);
+    double ratio = 1 + (double)fit.width * by;
+    fit.ratio = fmin(fmax(ratio, LEAST_RATIO), MOST_RATIO);
+    if (fit.ratio != ratio) fit.width = (float)((fit.ratio - 1) / by);
     return fit;
 }
 
@@ -290,8 +291,8 @@ static bool is_opening(const nesting *g, uint32_t nest)
 }
 
 /* Sizes in the band on one side, as long as the lines there are; what is smaller stays beside an opening, and where
-   lines get longer around a limb: an ear's rings end beside an eye. What the rings enclose has as many quads
-   around as the curve: a square of a quarter as many on each side. */
+   lines get longer around a limb: an ear's rings end beside an eye. What the rings enclose has as many quads around as
+   the curve: a square of a quarter as many on each side. */
 static void write_sizes(nesting *g, uint32_t nest, int side, const side_fit *fit, float *size)
 {
     const qw_nest *n = &g->nests->nest[nest];
@@ -342,8 +343,8 @@ void qw_fit_nests(qw_env *env, const qw_trimesh *surface, const qw_nests *nests,
     qw_scope_begin(env);
     for (uint32_t i = 0; i < nests->count; i++) {
         qw_nest *n = &nests->nest[i];
-        double radius = ring_length(n) / (2 * QW_PI);
-        n->reach[QW_LEFT] = n->reach[QW_RIGHT] = n->most_rings > 0 ? (float)(WIDEST[n->kind] * radius) : 0;
+        double widest = n->most_rings > 0 ? n->kind == QW_DENT ? WIDEST_FLAT : WIDEST_NECK : 0;
+        n->reach[QW_LEFT] = n->reach[QW_RIGHT] = (float)(widest * ring_length(n));
     }
     nesting g = begin(env, surface, nests);
     for (uint32_t i = 0; i < nests->count; i++)
