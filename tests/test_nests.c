@@ -12,13 +12,16 @@
 
 enum { AROUND = 48, ALONG = 40 };
 
-/* A tube about z whose radius swells and shrinks, of length 4, with a ring marked on its waist; its lines around are
-   the parallels. */
-static qw_trimesh tube_with_ring(qw_env *env, qw_vec3 ring[AROUND + 1])
+static float waist(float z) { return 1 + 0.3f * sinf(2 * z); }
+static float cone(float z) { return 1.6f - 0.3f * z; }
+
+/* A tube about z with this radius at each height, of length 4, with a ring marked half way up; its lines around are the
+   parallels. */
+static qw_trimesh tube_with_ring(qw_env *env, float (*radius)(float z), qw_vec3 ring[AROUND + 1])
 {
     qw_trimesh m = unit_grid(env, AROUND, ALONG, true, false);
     for (uint32_t v = 0; v < m.vertex_count; v++) {
-        float a = 6.2831853f * m.position[v].x, z = 4 * m.position[v].y, r = 1 + 0.3f * sinf(2 * z);
+        float a = 6.2831853f * m.position[v].x, z = 4 * m.position[v].y, r = radius(z);
         m.position[v] = qw_v3(r * cosf(a), r * sinf(a), z);
     }
     uint32_t first = AROUND * (ALONG / 2);
@@ -35,7 +38,7 @@ static void directions_run_around(void **state)
     (void)state;
     qw_env *env = qw_env_create(NULL, 2);
     qw_vec3 ring[AROUND + 1];
-    qw_trimesh m = tube_with_ring(env, ring);
+    qw_trimesh m = tube_with_ring(env, waist, ring);
     qw_nest nest = {.point = ring, .point_count = AROUND + 1, .rings = 4, .most_rings = 4};
     qw_nests nests = {1, &nest, false};
     float *size = QW_NEW(env, float, m.vertex_count);
@@ -62,6 +65,34 @@ static void directions_run_around(void **state)
         if (v % AROUND != 0 && qw_length2(direction[v]) > 0)
             assert_true(fabsf(size[v] / size[v - v % AROUND] - 1) < 0.05f);
     qw_env_destroy(env);
+}
+
+/* Near a limb's curve a small wanted size stays where lines get longer, and gives way where they get shorter; near a
+   pocket's it gives way on both sides. */
+static void small_sizes_stay_where_limbs_widen(void **state)
+{
+    (void)state;
+    static const float near = 0.3f, small = 0.05f;
+    for (uint8_t kind = QW_LIMB; kind <= QW_POCKET; kind++) {
+        qw_env *env = qw_env_create(NULL, 2);
+        qw_vec3 ring[AROUND + 1];
+        qw_trimesh m = tube_with_ring(env, cone, ring);
+        qw_nest nest = {.point = ring, .point_count = AROUND + 1, .kind = kind, .rings = 4, .most_rings = 4};
+        qw_nests nests = {1, &nest, false};
+        float *size = QW_NEW(env, float, m.vertex_count);
+        for (uint32_t v = 0; v < m.vertex_count; v++) size[v] = v % AROUND == 5 ? small : 0.4f;
+        qw_fit_nests(env, &m, &nests, size);
+        uint32_t stay = 0, give_way = 0;
+        for (uint32_t v = 5; v < m.vertex_count; v += AROUND) {
+            float above = m.position[v].z - ring[0].z;
+            if (above == 0 || fabsf(above) > near) continue;
+            bool stays = kind == QW_LIMB && above < 0;
+            assert_true(stays ? size[v] == small : size[v] > small);
+            stays ? stay++ : give_way++;
+        }
+        assert_true(give_way > 0 && (stay > 0) == (kind == QW_LIMB));
+        qw_env_destroy(env);
+    }
 }
 
 /* ---- necks */
@@ -490,12 +521,19 @@ static void lips_have_rings(void **state)
 QW_TEST_SUITE(nests)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(directions_run_around),       cmocka_unit_test(necks_are_found),
-        cmocka_unit_test(one_guide_gives_rings),       cmocka_unit_test(ovals_have_rings_inside),
-        cmocka_unit_test(loops_on_both_sides_are_one), cmocka_unit_test(a_socket_gets_rings_by_itself),
-        cmocka_unit_test(dents_with_a_twin_get_rings), cmocka_unit_test(sharp_pits_are_no_dents),
-        cmocka_unit_test(openings_have_rings),         cmocka_unit_test(lips_have_rings),
-        cmocka_unit_test(jagged_hems_are_no_openings), cmocka_unit_test(loops_on_rims_give_rings),
+        cmocka_unit_test(directions_run_around),
+        cmocka_unit_test(small_sizes_stay_where_limbs_widen),
+        cmocka_unit_test(necks_are_found),
+        cmocka_unit_test(one_guide_gives_rings),
+        cmocka_unit_test(ovals_have_rings_inside),
+        cmocka_unit_test(loops_on_both_sides_are_one),
+        cmocka_unit_test(a_socket_gets_rings_by_itself),
+        cmocka_unit_test(dents_with_a_twin_get_rings),
+        cmocka_unit_test(sharp_pits_are_no_dents),
+        cmocka_unit_test(openings_have_rings),
+        cmocka_unit_test(lips_have_rings),
+        cmocka_unit_test(jagged_hems_are_no_openings),
+        cmocka_unit_test(loops_on_rims_give_rings),
     };
     return cmocka_run_group_tests_name("nests", tests, NULL, NULL);
 }

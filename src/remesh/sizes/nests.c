@@ -3,6 +3,7 @@
 #include "base/elementary.h"
 #include "geometry/bvh.h"
 #include "geometry/harmonic.h"
+#include "remesh/sizes/necks.h"
 #include "remesh/sizes/scale.h"
 
 #include <assert.h>
@@ -19,9 +20,9 @@ enum { TRIES = 10 };
    them. From there to those of the middle so many edges at least are free. */
 static const double SMOOTH = 0.9;
 static const float SPARE = 2, BEYOND = 0.5f;
-/* Rings are laid until they are this many times as long as the curve, or as short as this share of it: as many quads go
-   around what is left beyond, which are that much larger or smaller then. Sizes grow with the lines around; they do not
-   shrink with them, as rows would be too thin. */
+/* A band ends where its lines are this many times as long as the curve, or as short as this share of it: all have as
+   many quads around, which are that much larger or smaller there. Sizes grow with the lines around; they do not shrink
+   with them, as rows would be too thin. */
 static const double MOST_RATIO = 2.5, LEAST_RATIO = 0.6;
 /* No nest needs more than this many times what it may reach; what a curve encloses lies no farther. */
 static const float FAR = 3;
@@ -290,9 +291,9 @@ static bool is_opening(const nesting *g, uint32_t nest)
     return false;
 }
 
-/* Sizes in the band on one side, as long as the lines there are; what is smaller stays beside an opening, and where
-   lines get longer around a limb: an ear's rings end beside an eye. What the rings enclose has as many quads around as
-   the curve: a square of a quarter as many on each side. */
+/* Writes the sizes in the band on one side: each is as long as the line there is for the quads around. What is smaller
+   stays beside an opening, and on the side of a limb where lines get longer, as an eye may lie there beside an ear.
+   What the rings enclose has as many quads around as the curve: a square of a quarter as many on each side. */
 static void write_sizes(nesting *g, uint32_t nest, int side, const side_fit *fit, float *size)
 {
     const qw_nest *n = &g->nests->nest[nest];

@@ -14,7 +14,7 @@
  */
 #pragma once
 
-#include "remesh/sizes/necks.h"
+#include "geometry/trimesh.h"
 
 /* So many edges lie around a nest at least. */
 enum { QW_LEAST_AROUND = 6 };
@@ -25,7 +25,7 @@ typedef struct qw_nest {
     const qw_vec3
         *point; /* qw_vec3[point_count]: a polyline on the surface; the last is the first where it is closed */
     uint32_t point_count;
-    uint8_t kind;          /* QW_DENT too where a person drew it: its rings end in the middle of what it encloses */
+    uint8_t kind;          /* of necks.h; a curve that a person drew is a QW_DENT: its rings end in the middle */
     double rings;          /* on each side, for which edges are short enough */
     double most_rings;     /* on each side, as far as there is room; 0: the curve is no nest after all */
     float edge;            /* wanted edge length on the curve; set by qw_fit_nests, as the next */

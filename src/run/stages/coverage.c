@@ -324,7 +324,8 @@ static uint32_t grow(const qw_run_state *run, const qw_quadmesh *quads, const qw
     return count;
 }
 
-/* All at once; where that helps much once more, for those that room for these has taken. */
+/* All grow at once; then again, for those that the room for these has taken, as long as a round leaves no more than
+   QW_ROUND_GAIN of the faults. */
 uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **flipped, bool marked)
 {
     if (run->faces_wanted < run->core.needed || (marked && run->relaxed_covers)) return 0;
@@ -344,11 +345,10 @@ uint32_t qw_grow_protrusions(qw_run_state *run, qw_quadmesh *quads, uint8_t **fl
         qw_log(run->env, QW_LOG_DEBUG, "%u protrusions grew, %u quads now; faults: %.2f, were %.2f", count,
                grown.face_count, after.all, before.all);
         *quads = grown, *flipped = grown_flipped;
-        all += count;
-        bool goes_on = after.all <= QW_ROUND_GAIN * before.all;
-        before = after;
+        bool is_last = after.all > QW_ROUND_GAIN * before.all;
+        all += count, before = after;
         if (!marked) run->relaxed_covers = before.uncovered + before.lost == 0;
-        if (!goes_on) break;
+        if (is_last) break;
     }
     return all;
 }
